@@ -7,7 +7,6 @@ what is good.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterable, Sequence
 import enum
 import math
@@ -45,6 +44,7 @@ __all__ = [
     "header_to_msg",
     "joints_from_components",
     "joints_from_msg",
+    "meant_name",
     "multi_dof_joint_state_to_msg",
     "pose_batch",
     "pose_from_msg",
@@ -69,6 +69,7 @@ class PoseFault(enum.Enum):
     NOT_FINITE = "not finite"
     NOT_UNIT_QUATERNION = "quaternion not of unit length"
     FAR_AWAY = "beyond the largest coordinate"
+    CONTRADICTORY = "said twice, and not the same"
 
 
 class RefusedPose(NamedTuple):
@@ -147,16 +148,56 @@ def pose_batch(
     stamps_ns: Sequence[int] | NDArray[np.int64],
     components: Sequence[tuple[float, ...]] | NDArray[np.float64],
 ) -> PoseBatch:
-    """Return the valid poses among rows of x, y, z, qx, qy, qz, qw, and what is refused."""
+    """Return the valid poses among rows of x, y, z, qx, qy, qz, qw, and what is refused.
+
+    Names are taken without a leading slash. A frame that comes twice with one stamp counts once
+    where both say the same, else it is refused; with several stamps all count, the oldest first.
+    """
     rows = np.array(components, dtype=np.float64).reshape(-1, 7)
-    valid, X_PF, refused = poses_from_components(rows, names)
     stamps = np.asarray(stamps_ns, dtype=np.int64)
+    names, parents = _all_meant(names), _all_meant(parents)
+    twice: list[RefusedPose] = []
+    if len(set(names)) < len(names):
+        names, parents, stamps, rows, twice = _once(names, parents, stamps, rows)
+    valid, X_PF, refused = poses_from_components(rows, names)
     if not refused:
-        return PoseBatch(tuple(names), tuple(parents), stamps, X_PF, ())
+        return PoseBatch(names, parents, stamps, X_PF, tuple(twice))
     kept = np.flatnonzero(valid).tolist()
     return PoseBatch(
-        tuple(names[i] for i in kept), tuple(parents[i] for i in kept), stamps[kept], X_PF, refused
+        tuple(names[i] for i in kept),
+        tuple(parents[i] for i in kept),
+        stamps[kept],
+        X_PF,
+        (*twice, *refused),
     )
+
+
+def _all_meant(names: Sequence[str]) -> tuple[str, ...]:
+    """Return names without leading slashes: the same object where none has one."""
+    if isinstance(names, tuple) and not any(name.startswith("/") for name in names):
+        return names
+    return tuple(map(meant_name, names))
+
+
+def _once(
+    names: tuple[str, ...],
+    parents: tuple[str, ...],
+    stamps: NDArray[np.int64],
+    rows: NDArray[np.float64],
+) -> tuple[
+    tuple[str, ...], tuple[str, ...], NDArray[np.int64], NDArray[np.float64], list[RefusedPose]
+]:
+    """Return the fields of a batch by stamp, each frame once at each, and what is refused."""
+    refused: list[RefusedPose] = []
+    kept: list[int] = []
+    for stamp in sorted(set(stamps.tolist())):
+        here = np.flatnonzero(stamps == stamp).tolist()
+        values = [(parents[i], rows[i].tolist()) for i in here]
+        one, bad = _said_twice([names[i] for i in here], values, "pose of")
+        kept += [here[i] for i in one]
+        refused += bad
+    chosen = tuple(names[i] for i in kept), tuple(parents[i] for i in kept)
+    return (*chosen, stamps[kept], rows[kept], refused)
 
 
 def _components(position: Point | Vector3, rotation: Quaternion) -> tuple[float, ...]:
@@ -166,21 +207,40 @@ def _components(position: Point | Vector3, rotation: Quaternion) -> tuple[float,
     )  # fmt: skip
 
 
-def _refuse_twice(field: str, names: Sequence[str]) -> None:
-    if len(set(names)) != len(names):
-        twice = sorted(name for name, count in Counter(names).items() if count > 1)
-        raise MessageError(f"{field} holds names more than once: {quoted(twice)}")
+def meant_name(name: str) -> str:
+    """Return a name without a leading slash, which older programs put before names of frames."""
+    return name[1:] if name.startswith("/") else name
+
+
+def _said_twice(
+    names: Sequence[str], values: Sequence[Any], noun: str
+) -> tuple[list[int], list[RefusedPose]]:
+    """Return which entries count, where names come more than once, and what is refused.
+
+    Of entries that say the same of a name the first counts; none where they do not.
+    """
+    first: dict[str, int] = {}
+    contradicted: dict[str, RefusedPose] = {}
+    for i, (name, value) in enumerate(zip(names, values, strict=True)):
+        known = first.setdefault(name, i)
+        if value != values[known] and name not in contradicted:
+            text = (
+                f"{noun} {quoted(name)} is there twice, as {quoted(values[known])} and as"
+                f" {quoted(value)}: one of them has to go"
+            )
+            contradicted[name] = RefusedPose(name, PoseFault.CONTRADICTORY, text)
+    kept = [i for name, i in first.items() if name not in contradicted]
+    return kept, list(contradicted.values())
 
 
 def poses_from_multi_dof_joint_state(msg: MultiDOFJointState) -> PoseBatch:
     """Read the pose of each named frame in its parent.
 
-    Raises MessageError where there are not as many transforms as names, or a name comes twice.
+    Raises MessageError where there are not as many transforms as names.
     """
     names, transforms = msg.joint_names, msg.transforms
     if len(names) != len(transforms):
         raise MessageError(f"{len(names)} joint_names, but {len(transforms)} transforms")
-    _refuse_twice("joint_names", names)
     components = [_components(t.translation, t.rotation) for t in transforms]
     count = len(names)
     stamp_ns = checked_stamp_from_msg(msg.header.stamp)
@@ -217,13 +277,20 @@ def _from_transforms(transforms: Iterable[TransformStamped]) -> PoseBatch:
 def joints_from_msg(msg: JointState) -> JointBatch:
     """Read named joint positions; velocities and efforts are not looked at.
 
-    Raises MessageError where there are not as many positions as names, or a name comes twice.
+    A name that comes twice with the same position counts once, with two it is refused. Raises
+    MessageError where there are not as many positions as names.
     """
     if len(msg.name) != len(msg.position):
         raise MessageError(f"{len(msg.name)} names, but {len(msg.position)} positions")
-    _refuse_twice("name", msg.name)
     stamp_ns = checked_stamp_from_msg(msg.header.stamp)
-    return joints_from_components(tuple(msg.name), np.array(msg.position, np.float64), stamp_ns)
+    names = tuple(map(meant_name, msg.name))
+    positions = np.array(msg.position, np.float64)
+    if len(set(names)) == len(names):
+        return joints_from_components(names, positions, stamp_ns)
+    kept, refused = _said_twice(names, positions.tolist(), "joint")
+    used = tuple(names[i] for i in kept)
+    batch = joints_from_components(used, positions[kept], stamp_ns)
+    return batch._replace(refused=(*refused, *batch.refused))
 
 
 def joints_from_components(

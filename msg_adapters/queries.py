@@ -94,8 +94,11 @@ def options_from_msg(
     timeout_ns = duration_from_msg(msg.timeout)
     if timeout_ns < 0:
         raise MessageError(f"timeout is negative: {timeout_ns} ns")
-    for source in msg.minimal_stamp_sources:
-        names.source_id(source)
+    for name in msg.minimal_stamp_sources:
+        if "/" in name:
+            names.frame_id(name)
+        else:
+            names.source_id(name)
     return Options(
         what_if_from_msg(msg.what_if, names),
         minimal_stamp_ns,

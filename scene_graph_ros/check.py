@@ -57,6 +57,7 @@ class Report:
     summary: str = ""
     errors: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
 
 
 class Checker:
@@ -109,6 +110,8 @@ class Checker:
         scene_graph = SceneGraph()
         loaded = scene.apply(scene_graph)
         report.warnings.extend(loaded.warnings)
+        report.errors.extend(loaded.doubts)
+        report.notes.extend(loaded.notes)
         self._check_topics(report, scene, loaded, scene_graph)
         try:
             check_half_spaces(scene_graph.model_inspector())
@@ -136,6 +139,8 @@ class Checker:
         scene_graph = SceneGraph()
         register_robot(robot, scene_graph, scene_graph.register_source(robot.name))
         report.warnings.extend(robot.warnings)
+        report.errors.extend(robot.doubts)
+        report.notes.extend(robot.notes)
         movable = len(list(robot.positioned_joints()))
         report.summary = (
             f"robot {robot.name!r}, {_count(len(robot.links), 'link')},"
@@ -197,7 +202,9 @@ def _place_of_topic(scene: Scene, topic: SourceTopic) -> tuple[str | int, ...]:
             place = ("sources", index)
             return (*place, "name") if topic.is_default else (*place, topic.noun, "topic")
     names = [robot.name for robot in scene.spec.robots]
-    return ("robots", names.index(topic.source), "joint_states")
+    keys = {"base poses": ("base",), "joint poses": ("multi_dof_joint_states",)}
+    where = keys.get(topic.noun, ("urdf",) if topic.noun == "descriptions" else ("joint_states",))
+    return ("robots", names.index(topic.source), *where)
 
 
 def _kind(path: Path, label: str) -> tuple[str, YamlDocument | None]:
@@ -324,6 +331,8 @@ def _print(report: Report, *, bad: bool, quiet: bool) -> None:
         print(f"error: {error}", file=sys.stderr)
     if quiet and not bad:
         return
+    for note in report.notes:
+        print(f"note: {note}")
     for warning in report.warnings:
         print(f"warning: {warning}", file=sys.stderr)
     noted = f", {_count(len(report.warnings), 'warning')}" if report.warnings else ""

@@ -24,6 +24,7 @@ from msg_adapters.poses import (
     are_usable_joints,
     JointBatch,
     joints_from_components,
+    meant_name,
     pose_batch,
     PoseBatch,
 )
@@ -117,7 +118,10 @@ class Layout:
     places: _Places
     names: tuple[str, ...]
     parents: tuple[str, ...]
+    """As they are meant, without leading slashes."""
     width: int
+    texts: tuple[str, ...] = ()
+    """Parents and names as the message has them."""
 
     def stamp(self, data: bytes) -> int:
         """Return the newest stamp of a message of this layout in nanoseconds."""
@@ -270,9 +274,13 @@ class PoseWire:
             self._seen[key] = None
         else:
             del self._seen[key]
-            places = self._find_places(data, message)
+            meant, within = tuple(map(meant_name, names)), tuple(map(meant_name, parents))
+            # What names a thing twice is to be looked at each time.
+            is_plain = len(set(meant)) == len(meant)
+            places = self._find_places(data, message) if is_plain else None
             if places is not None:
-                layout = Layout(places, names, parents, kind.width)
+                texts = (*dict.fromkeys(parents), *names)
+                layout = Layout(places, meant, within, kind.width, texts)
                 self._remember(key, layout, data, self._padding(data, message, layout))
 
     def _remember(
@@ -372,7 +380,7 @@ def _bytes(data: bytes) -> NDArray[np.uint8]:
 def _behind_names(data: bytes, layout: Layout) -> NDArray[np.bool_]:
     """Guess which bytes only fill up what follows a name."""
     result, position = np.zeros(len(data), dtype=bool), 0
-    for name in filter(None, (*dict.fromkeys(layout.parents), *layout.names)):
+    for name in filter(None, layout.texts):
         text = name.encode() + b"\0"
         position = data.find(text, position) + len(text)
         if position < len(text):

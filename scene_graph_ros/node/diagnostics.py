@@ -17,6 +17,7 @@ from msg_adapters.diagnostics import (
     effect_to_diagnostic,
     effect_to_msg,
 )
+from scene_graph_ros.node.diagnostics_of_parts import Parts
 from scene_graph_ros.node.effects.state import EffectReport
 from scene_graph_ros.node.world.intake import (
     CONFIGURATION_FAULTS,
@@ -132,13 +133,16 @@ class Diagnostics:
         max_age: float,
         *,
         noun: str = "poses",
+        parts: Parts | None = None,
     ) -> DiagnosticStatus:
         """Return the entry of a source's topic; ``now`` is steady time, ``max_age`` seconds.
 
-        ``noun`` is what comes on the topic: "poses" or "configurations".
+        ``noun`` is what comes on the topic, such as "poses" or "configurations"; ``parts`` what
+        is said of the parts of the source.
         """
-        is_pose = noun == "poses"
-        name = source if is_pose else f"{source} {noun}"
+        parts = Parts({}) if parts is None else parts
+        is_pose = noun != "configurations"
+        name = source if noun == "poses" else f"{source} {noun}"
         age = None if statistics.last_arrival is None else (now - statistics.last_arrival) * 1e-9
         faults: Counter[Fault] = statistics.faults.copy()
         values: dict[str, Any] = {
@@ -152,13 +156,18 @@ class Diagnostics:
         }
         listed = POSE_FAULTS if is_pose else CONFIGURATION_FAULTS
         values.update({fault.value: faults[fault] for fault in listed})
+        values.update(parts.values)
         total = sum(faults.values())
         new, self._faults[name] = total - self._faults.get(name, 0), total
         level, text = DiagnosticStatus.OK, f"receiving {noun}"
         if age is None:
             text = f"no {noun} yet"
-        elif max_age > 0.0 and age > max_age:
+        elif parts.stale:
+            level, text = DiagnosticStatus.STALE, parts.stale
+        elif not statistics.is_static and 0.0 < max_age < age:
             level, text = DiagnosticStatus.STALE, f"no {noun} for {age:.1f} s"
+        if parts.warning:
+            level, text = DiagnosticStatus.WARN, parts.warning
         if new > 0:
             level, text = DiagnosticStatus.WARN, f"{new} new faults: {_listed(faults)}"
         return diagnostic_status_to_msg(f"{self._name}: source {name}", level, text, values)

@@ -14,14 +14,14 @@ from rclpy.serialization import serialize_message
 
 from msg_adapters.definitions import kind_of
 from scene_graph_ros.node.diagnostics import Diagnostics, Monitor, troubles_of
+from scene_graph_ros.node.diagnostics_of_parts import parts_of
 from scene_graph_ros.node.effects.manager import Effects
 from scene_graph_ros.node.runtime.guarded import GuardedNode
 from scene_graph_ros.node.runtime.names import DIAGNOSTICS
 from scene_graph_ros.node.runtime.namesakes import Namesakes
 from scene_graph_ros.node.runtime.qos import diagnostics_qos, overridable
 from scene_graph_ros.node.services.services import Services
-from scene_graph_ros.node.world.configuration_inputs import ConfigurationInputs
-from scene_graph_ros.node.world.inputs import PoseInputs
+from scene_graph_ros.node.world.source_channel import Inputs
 from scene_graph_ros.node.world.world import World
 
 if TYPE_CHECKING:
@@ -35,8 +35,7 @@ class Watched(NamedTuple):
     """What the diagnostics are about."""
 
     world: World
-    inputs: PoseInputs
-    configurations: ConfigurationInputs
+    inputs: list[Inputs[Any]]
     effects: Effects
     services: Services
     monitor: Monitor
@@ -116,16 +115,23 @@ class DiagnosticsTopic:
         watched, diagnostics = self._watched, self._diagnostics
         now = time.monotonic_ns()
         max_age = self._parameter("max_pose_age")
+        moment = self._node.get_clock().now().nanoseconds
         sources = [
             diagnostics.source(
-                name, channel.topic, channel.intake.statistics, now, max_age, noun=noun
+                name,
+                channel.topic,
+                channel.intake.statistics,
+                now,
+                max_age,
+                noun=inputs.noun,
+                parts=parts_of(channel, now, moment, max_age),
             )
-            for noun, inputs in self._inputs()
+            for inputs in watched.inputs
             for name, channel in inputs.channels.open.items()
         ]
         sources += [
-            diagnostics.missing(name, reason, noun=noun)
-            for noun, inputs in self._inputs()
+            diagnostics.missing(name, reason, noun=inputs.noun)
+            for inputs in watched.inputs
             for name, reason in inputs.channels.failures.items()
         ]
         snapshot = watched.world.snapshot
@@ -145,11 +151,8 @@ class DiagnosticsTopic:
             },
         )
         return diagnostics.message(
-            stamp=self._node.get_clock().now().nanoseconds,
+            stamp=moment,
             world=world,
             sources=sources,
             effects=watched.effects.reports(),
         )
-
-    def _inputs(self) -> tuple[tuple[str, PoseInputs | ConfigurationInputs], ...]:
-        return ("poses", self._watched.inputs), ("configurations", self._watched.configurations)

@@ -28,15 +28,24 @@ from scene_graph_ros.node.runtime.parameters import PARAMETERS
 from scene_graph_ros.node.runtime.precedence import Precedence
 from scene_graph_ros.node.services.services import Services
 from scene_graph_ros.node.world.configuration_inputs import ConfigurationInputs
+from scene_graph_ros.node.world.description_channel import DescriptionInputs
 from scene_graph_ros.node.world.edits import Tools
-from scene_graph_ros.node.world.inputs import message_type, PoseInputs
-from scene_graph_ros.node.world.intake import TimeLimits
+from scene_graph_ros.node.world.inputs import (
+    BASE_POSES,
+    JOINT_POSES,
+    message_type,
+    PoseInputs,
+    POSES,
+)
+from scene_graph_ros.node.world.intake import TimeLimits, UNSTAMPED
 from scene_graph_ros.node.world.planned_path import PlannedPath
 from scene_graph_ros.node.world.scenes import SceneLoader
+from scene_graph_ros.node.world.source_channel import Inputs
 from scene_graph_ros.node.world.world import World, WorldSnapshot
 
 if TYPE_CHECKING:
     from scene_graph_ros.node.recording.recorder import Recorder
+    from scene_graph_ros.node.services.descriptions import Descriptions
     from scene_graph_ros.node.world.kept_regions import KeptRegions
     from scene_graph_ros.views.browser.channels import Channels
     from scene_graph_ros.views.moment import Trouble
@@ -238,16 +247,21 @@ class Server:
         self._timed_sequence = -1
         self._planned = self._regions = None
         changed = self._loop.topics_changed
-        self._inputs = PoseInputs(self.node, world, self.group, changed)
+        self._poses = [
+            PoseInputs(self.node, world, self.group, changed, noun)
+            for noun in (POSES, BASE_POSES, JOINT_POSES)
+        ]
         self._configurations = ConfigurationInputs(self.node, world, self.group, changed)
+        self._descriptions: Descriptions | None = None
+        self._described = DescriptionInputs(self.node, world, self.group, changed, self._describe)
+        self._loader = loader
         self._kernels = KernelSupply(self.node.get_logger(), self._kernels_came)
         self._effects = Effects(self, lack=self._kernels.lack)
         self._effects.switch_off(world.effects_off)
         tools = Tools(loader.resolve, message_type, loader.load_request, loader.text)
         self._services = Services(self, world, self._effects, tools)
         watched = Watched(
-            world, self._inputs, self._configurations, self._effects, self._services,
-            self._monitor, self._namesakes,
+            world, self._inputs(), self._effects, self._services, self._monitor, self._namesakes
         )  # fmt: skip
         self._diagnostics.open(watched, self.group, self.channels)
         self._jump_handle = self.node.get_clock().create_jump_callback(
@@ -289,8 +303,8 @@ class Server:
         if self._is_active:
             self._is_active = False
             self._loop.stop()
-            self._inputs.close()
-            self._configurations.close()
+            for inputs in self._inputs():
+                inputs.close()
             self._effects.close()
             self._services.end_waiting()
             if self.recorder is not None:
@@ -301,6 +315,8 @@ class Server:
         if self._is_configured:
             self._is_configured = False
             self._diagnostics.close()
+            if self._descriptions is not None:
+                self._descriptions.stop()
             self._jump_handle.unregister()
             self._services.close()
             self._kernels.stop()
@@ -319,9 +335,28 @@ class Server:
 
     def _follow_scene(self) -> list[Topic]:
         """Subscribe to what the sources that there are now send; return all of that."""
-        self._inputs.refresh()
-        self._configurations.refresh()
-        return [*self._inputs.channels, *self._configurations.channels]
+        for inputs in self._inputs():
+            inputs.refresh()
+        return [reader for inputs in self._inputs() for reader in inputs.readers]
+
+    def _inputs(self) -> list[Inputs[Any]]:
+        """Return all that is subscribed to."""
+        return [*self._poses, self._configurations, self._described]
+
+    def _describe(self, name: str, text: str) -> None:
+        """Have a robot become as a text describes it; the thread for that comes with the first."""
+        if self._descriptions is None:
+            from scene_graph_ros.node.services.descriptions import Descriptions
+
+            self._descriptions = Descriptions(
+                self.node,
+                self._world,
+                self._loader,
+                self._effects.prepare,
+                lambda: self.recorder,
+                self.scene_changed,
+            )
+        self._descriptions.describe(name, text)
 
     def _limits(self) -> TimeLimits:
         return TimeLimits(
@@ -334,16 +369,20 @@ class Server:
         if not self._is_active:
             return
         try:
+            for inputs in self._inputs():
+                inputs.look()
             limits = self._limits()
             due = self._effects.due(self._world.snapshot)
             with self._world.lock:
                 self._forget_impossible_stamps(limits)
-                moved, arrival = self._inputs.collect(limits)
+                collected = [inputs.collect(limits) for inputs in self._poses]
                 deformed, arrived = self._configurations.collect(limits)
+                moved = {name for names, _ in collected for name in names}
                 snapshot = self._world.snapshot
                 if moved or deformed:
                     # Steady times are never 0.
-                    first = min(filter(None, (arrival, arrived)), default=None)
+                    arrivals = (arrived, *(arrival for _, arrival in collected))
+                    first = min(filter(None, arrivals), default=None)
                     snapshot = self._world.commit(moved, first, deformed)
                 if self.recorder is not None:
                     self.recorder.updated(limits, snapshot)
@@ -369,9 +408,15 @@ class Server:
                 f"the clock began, or was put back: poses are stamped {lead * 1e-9:.3f} s in "
                 "its future, so their stamps are forgotten"
             )
-            self._world.forget_stamps(after=last)
+            self._forget(last)
             if self.recorder is not None:
                 self.recorder.stamps_forgotten(last)
+
+    def _forget(self, after: int) -> None:
+        """Forget stamps later than that; the poses hold."""
+        self._world.forget_stamps(after)
+        for inputs in self._poses:
+            inputs.forget(after)
 
     def _follow_parameters(self, parameters: list[Parameter]) -> None:
         if not self._is_configured:
@@ -393,9 +438,9 @@ class Server:
             "the clock jumped back or changed its source: stamps of earlier poses are forgotten"
         )
         with self._world.lock:
-            self._inputs.discard()
-            self._configurations.discard()
-            self._world.forget_stamps()
+            for inputs in self._inputs():
+                inputs.discard()
+            self._forget(UNSTAMPED)
             if self.recorder is not None:
                 self.recorder.stamps_forgotten(None)
         self.request_update()

@@ -17,10 +17,17 @@ from scene_graph_ros.geometry.model.ids import continue_after
 from scene_graph_ros.node.effects.declarations import EFFECT_NAMES
 from scene_graph_ros.node.recording.events import bytes_of, decode, VERSION
 from scene_graph_ros.node.world.edits import EDITS, Tools
-from scene_graph_ros.node.world.inputs import Channel, message_type, TF
-from scene_graph_ros.node.world.intake import Intake, TimeLimits
-from scene_graph_ros.node.world.scene import Edit
-from scene_graph_ros.node.world.scenes import SceneLoader
+from scene_graph_ros.node.world.inputs import (
+    BASE_POSES,
+    JOINT_POSES,
+    make_channel,
+    message_type,
+    POSES,
+)
+from scene_graph_ros.node.world.intake import Intake, TimeLimits, UNSTAMPED
+from scene_graph_ros.node.world.queued_channel import QueuedChannel
+from scene_graph_ros.node.world.scene import Edit, SourceRecord
+from scene_graph_ros.node.world.scenes import Described, SceneLoader
 from scene_graph_ros.node.world.source_channel import apply_kept, SourceChannel
 from scene_graph_ros.node.world.world import World, WorldSnapshot
 from scene_graph_ros.replay.reader import Recorded, RecordingError
@@ -28,7 +35,7 @@ from scene_graph_ros.replay.reader import Recorded, RecordingError
 __all__ = ["Replay"]
 
 _EVENT_KIND = "std_msgs/msg/String"
-_CONFIGURATIONS = "scene_graph_msgs/msg/DeformableConfigurations"
+_CONFIGURATIONS = "configurations"
 
 
 class Replay:
@@ -47,6 +54,7 @@ class Replay:
         self._texts: dict[Path, str] = {}
         self._channels: dict[tuple[str, str], SourceChannel[Any, Any]] = {}
         self._owners: dict[str, tuple[str, str]] = {}
+        self._static: dict[tuple[str, str, str], bool] = {}
 
     @property
     def world(self) -> World:
@@ -68,7 +76,7 @@ class Replay:
         key = self._owners.get(message.topic)
         if key is None:
             raise RecordingError(f"nothing says what takes the messages on {message.topic}")
-        self._store(key, message.data, message.time)
+        self._store(key, message.topic, message.data, message.time)
         return True
 
     def _do(self, message: Recorded) -> None:
@@ -170,24 +178,46 @@ class Replay:
             raise RecordingError(f"{service} gave out ids {got[:5]}... in place of {ids[:5]}...")
         self.edits += 1
 
-    def _on_channel(self, time: int, *, source: str, kind: str, topic: str) -> None:
-        record = self.world.records[source]
-        if kind == _CONFIGURATIONS:
-            from scene_graph_ros.node.world.configurations import ConfigurationChannel
+    def _on_described(
+        self,
+        time: int,
+        *,
+        source: str,
+        text: str,
+        id: int,  # noqa: A002 - the event's own name for it
+        rehung: Mapping[str, list[float]],
+    ) -> None:
+        def change(edit: Edit) -> Described:
+            continue_after(id)
+            described = self._loader.describe(edit, source, text)
+            for frame in edit.rehung:
+                edit.initial_poses[frame] = np.reshape(rehung[str(int(frame))], (4, 4))
+            return described
 
-            intake = Intake(source, _ignore, noun="geometry")
-            channel: Any = ConfigurationChannel(record, intake, self.world.world_frame)
-        else:
-            intake = Intake(source, _ignore, unknown_is_normal=record.pose_type == TF)
-            channel = Channel(record, intake, message_type(kind))
-        self._channels[source, kind] = channel
-        self._owners.setdefault(topic, (source, kind))
+        self.world.edit(change, done=lambda described: described.count())
+        self.edits += 1
 
-    def _on_input(self, time: int, *, source: str, kind: str, data: str) -> None:
-        self._store((source, kind), bytes_of(data), time)
+    def _on_channel(self, time: int, *, source: str, noun: str, topic: str, static: bool) -> None:
+        record, key = self.world.records[source], (source, noun)
+        known = self._channels.get(key)
+        if known is None or known.record is not record:
+            self._channels[key] = self._channel(noun, record)
+        self._owners.setdefault(topic, key)
+        self._static[source, noun, topic] = static
 
-    def _store(self, key: tuple[str, str], data: bytes, time: int) -> None:
-        self._channels[key].store(data, time)
+    def _channel(self, noun: str, record: SourceRecord) -> SourceChannel[Any, Any]:
+        if noun != _CONFIGURATIONS:
+            return make_channel(noun, record, _ignore, self.world.world_frame)
+        from scene_graph_ros.node.world.configurations import ConfigurationChannel
+
+        intake = Intake(record.name, _ignore, noun="geometry")
+        return ConfigurationChannel(record, intake, self.world.world_frame)
+
+    def _on_input(self, time: int, *, source: str, noun: str, topic: str, data: str) -> None:
+        self._store((source, noun), topic, bytes_of(data), time)
+
+    def _store(self, key: tuple[str, str], topic: str, data: bytes, time: int) -> None:
+        self._channels[key].store(data, time, is_static=self._static[*key, topic])
         self.inputs += 1
 
     def _on_update(self, time: int, *, limits: list[int], sequence: int) -> None:
@@ -195,8 +225,8 @@ class Replay:
         with world.lock:
             moved: set[str] = set()
             deformed: set[str] = set()
-            for (name, kind), channel in self._channels.items():
-                deforms = kind == _CONFIGURATIONS
+            for name, noun in sorted(self._channels, key=_in_order):
+                channel, deforms = self._channels[name, noun], noun == _CONFIGURATIONS
                 find: Callable[[str], Any] = world.deformables.get if deforms else world.frames
                 record = world.records.get(name)
                 if apply_kept(channel, record, partial(find, name), told) is not None:
@@ -215,12 +245,14 @@ class Replay:
         self.world.set_accuracy(value)
 
     def _on_forget(self, time: int, *, after: int | None) -> None:
-        if after is not None:
-            self.world.forget_stamps(after)
-            return
+        if after is None:
+            for channel in self._channels.values():
+                channel.take()
+        last = UNSTAMPED if after is None else after
+        self.world.forget_stamps(last)
         for channel in self._channels.values():
-            channel.take()
-        self.world.forget_stamps()
+            if isinstance(channel, QueuedChannel):
+                channel.forget(last)
 
     def _on_stop(self, time: int) -> None:
         self._channels.clear()
@@ -231,6 +263,12 @@ class Replay:
             f"at {time} ns {count} messages were dropped, since the disk was too slow: the world "
             "from there on is not known"
         )
+
+
+def _in_order(key: tuple[str, str]) -> int:
+    """Return when a channel's messages are applied, in an update of the node."""
+    order = (POSES, BASE_POSES, JOINT_POSES, _CONFIGURATIONS)
+    return order.index(key[1])
 
 
 def _ignore(warning: str) -> None:

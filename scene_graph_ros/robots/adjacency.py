@@ -13,7 +13,8 @@ def adjacent_pairs(robot: RobotModel) -> set[tuple[str, str]]:
 
     Links welded together by fixed joints are one body. Pairs within a body, and pairs of links
     joined by one joint, are adjacent; a link without collision geometry passes adjacency on to
-    its neighbours.
+    its neighbours, if it can move in the world. One that can't is no part of an arm: what is
+    fixed to it, such as a pillar, is checked against the first link that moves.
     """
     body = {robot.root: robot.root}
     neighbours: dict[str, set[str]] = {name: set() for name in robot.links}
@@ -26,7 +27,8 @@ def adjacent_pairs(robot: RobotModel) -> set[tuple[str, str]]:
         if not link.collisions:
             around = neighbours.pop(name)
             for neighbour in around:
-                neighbours[neighbour] |= around - {neighbour}
+                if body[name] != robot.root:
+                    neighbours[neighbour] |= around - {neighbour}
                 neighbours[neighbour].discard(name)
     solid = sorted(neighbours)
     return {

@@ -18,7 +18,7 @@ from scene_graph_ros.robots.robot_parts import JointType, Mimic
 from scene_graph_ros.robots.tree_kernels import link_poses
 from scene_graph_ros.robots.tree_of_model import plane_of, tree_of_model
 
-__all__ = ["JointStateError", "Kinematics"]
+__all__ = ["JointStateError", "KinematicState", "Kinematics"]
 
 _MAX_MAPPINGS = 32
 """How many different lists of joint names are remembered; publishers use one or two each."""
@@ -38,6 +38,14 @@ class _Mapping(NamedTuple):
     mimics: tuple[tuple[int, int, float, float], ...]
     """(joint, followed joint, multiplier, offset): to be computed, in this order."""
     unknown: tuple[str, ...]
+
+
+class KinematicState(NamedTuple):
+    """Where a robot's joints and its base are."""
+
+    q: NDArray[np.float64]
+    positions: tuple[float, ...]
+    X_PB: NDArray[np.float64]
 
 
 class Kinematics:
@@ -109,6 +117,15 @@ class Kinematics:
     def configuration(self) -> NDArray[np.float64]:
         """All positions now, a new array ``(n,)``: also those of floating and planar joints."""
         return self._q[0].copy()
+
+    @property
+    def state(self) -> KinematicState:
+        """All that moves, to be set again later: positions of joints and the base."""
+        return KinematicState(self._q.copy(), tuple(self._positions), self._X_PB)
+
+    @state.setter
+    def state(self, state: KinematicState) -> None:
+        self._q[:], self._positions, self._X_PB = state.q, list(state.positions), state.X_PB
 
     def update(self, joint_names: Sequence[str], positions: ArrayLike) -> None:
         """Move the named joints to positions ``(n,)``, rad or m; those that mimic one follow.

@@ -10,6 +10,7 @@ from scene_graph_ros.geometry import (
     Capsule,
     CollisionFilterDeclaration,
     Cylinder,
+    Ellipsoid,
     GeometryFrame,
     GeometryInstance,
     GeometrySet,
@@ -61,6 +62,8 @@ def _shape(shape: object) -> Shape:
             return Cylinder(radius, length)
         case ("capsule", (radius, length)):
             return Capsule(radius, length)
+        case ("ellipsoid", (a, b, c)):
+            return Ellipsoid(a, b, c)
     raise AssertionError(f"the reader let {shape!r} through")
 
 

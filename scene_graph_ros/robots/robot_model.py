@@ -6,7 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from scene_graph_ros.robots.robot_parts import Joint, RobotParts
+import numpy as np
+
+from scene_graph_ros.robots.robot_parts import Joint, JointType, Pose, RobotParts
 
 if TYPE_CHECKING:
     from scene_graph_ros.robots.kinematic_tree import KinematicTree
@@ -38,6 +40,14 @@ class RobotModel(RobotParts):
         from scene_graph_ros.robots.tree_of_model import tree_of_model
 
         return tree_of_model(self, semantics, floating_base=floating_base)
+
+    def fixed_to_root(self) -> dict[str, Pose]:
+        """Return the poses X_BL ``(4, 4)`` of the links that do not move in the root link."""
+        result = {self.root: np.eye(4)}
+        for joint in self.joints.values():
+            if joint.type is JointType.FIXED and joint.parent in result:
+                result[joint.child] = result[joint.parent] @ joint.X_PC
+        return result
 
     def positioned_joints(self) -> Iterator[Joint]:
         """Yield the joints whose position is one number, mimicking ones included."""

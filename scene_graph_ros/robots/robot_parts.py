@@ -45,9 +45,10 @@ class JointType(enum.Enum):
 
 @dataclass(frozen=True)
 class PrimitiveShape:
-    """A box, sphere, cylinder or capsule; ``size`` in m as URDF gives it.
+    """A box, sphere, cylinder, capsule or ellipsoid; ``size`` in m as URDF gives it.
 
-    box: x, y, z; sphere: radius; cylinder and capsule: radius, length (along z, without caps).
+    box: x, y, z; sphere: radius; cylinder and capsule: radius, length (along z, without caps);
+    ellipsoid: its three half axes.
     """
 
     kind: str
@@ -126,6 +127,10 @@ class Joint:
     location: Location
     velocity: float | None = None
     """Largest speed in rad/s or m/s, or None."""
+    acceleration: float | None = None
+    """Largest acceleration in rad/s^2 or m/s^2, or None: no URDF says it."""
+    jerk: float | None = None
+    """Largest jerk in rad/s^3 or m/s^3, or None."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,3 +143,7 @@ class RobotParts:
     joints: dict[str, Joint]
     root: str
     warnings: tuple[str, ...] = field(default=())
+    notes: tuple[str, ...] = field(default=())
+    """What follows from the file and is good to know, such as limits that were narrowed."""
+    doubts: tuple[str, ...] = field(default=())
+    """What no such file should say, though the robot can be used: a checker refuses it."""

@@ -6,9 +6,13 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.tolerances import ROTATION_DEFECT
 from scene_graph_ros.located import Location, SceneFileError
 
-__all__ = ["DisabledPair", "GroupState", "SemanticModel"]
+__all__ = ["DisabledPair", "GroupState", "SemanticModel", "VirtualJoint"]
 
 
 @dataclass(frozen=True)
@@ -31,6 +35,31 @@ class GroupState:
 
 
 @dataclass(frozen=True)
+class VirtualJoint:
+    """A joint between the world and a robot's root link, of type fixed, planar or floating."""
+
+    name: str
+    type: str
+    parent_frame: str
+    child_link: str
+    location: Location
+
+    def problem(self, X: NDArray[np.float64]) -> str:
+        """Say why a pose ``(4, 4)`` of the link can't be, "" where it can."""
+        if self.type == "floating":
+            return ""
+        if self.type == "fixed":
+            return "the virtual joint is fixed"
+        lift, tilt = abs(float(X[2, 3])), float(np.abs(X[:3, 2] - (0.0, 0.0, 1.0)).max())
+        if max(lift, tilt) <= ROTATION_DEFECT:
+            return ""
+        return (
+            f"the virtual joint is planar: the pose leaves its plane by {lift:g} m and a tilt of "
+            f"{tilt:g}"
+        )
+
+
+@dataclass(frozen=True)
 class SemanticModel:
     """What an SRDF says about collisions, postures and groups of joints of one robot."""
 
@@ -45,6 +74,8 @@ class SemanticModel:
     warnings: tuple[str, ...] = ()
     groups: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: MappingProxyType({}))
     """The joints of each group, in the robot's order; fixed ones are left out."""
+
+    virtual_joints: tuple[VirtualJoint, ...] = ()
 
     def filtered_pairs(self, links: Iterable[str]) -> set[tuple[str, str]]:
         """Return the pairs among ``links`` that are not to be checked, each in order.

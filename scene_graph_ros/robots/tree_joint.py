@@ -32,7 +32,7 @@ class TreeJoint:
     ``kind`` is one of ``tree_kernels``. ``X_PJ`` ``(4, 4)`` places J, at position zero, in the
     frame of the joint ``parent`` (a row of the tree; 0 is the base). A joint that mimics has the
     name of the joint it follows: it is at ``multiplier * position + offset``. ``velocity`` is the
-    largest speed of a joint with one position, rad/s or m/s.
+    largest speed of a joint with one position, rad/s or m/s, and so on.
     """
 
     name: str
@@ -45,3 +45,5 @@ class TreeJoint:
     multiplier: float = 1.0
     offset: float = 0.0
     velocity: float = np.inf
+    acceleration: float = np.inf
+    jerk: float = np.inf

@@ -5,7 +5,7 @@ Plain names and numbers; where links are is the business of `kinematic_tree`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 import math
@@ -102,10 +102,23 @@ class TreeLayout:
 
         Joints that follow others must keep theirs, too.
         """
+        return self._rates(lambda joint: joint.velocity)
+
+    @cached_property
+    def acceleration_limits(self) -> NDArray[np.float64]:
+        """Largest accelerations ``(nq,)``, rad/s^2 or m/s^2, as of `velocity_limits`."""
+        return self._rates(lambda joint: joint.acceleration)
+
+    @cached_property
+    def jerk_limits(self) -> NDArray[np.float64]:
+        """Largest jerks ``(nq,)``, rad/s^3 or m/s^3, as of `velocity_limits`."""
+        return self._rates(lambda joint: joint.jerk)
+
+    def _rates(self, limit: Callable[[TreeJoint], float]) -> NDArray[np.float64]:
         most = np.full(self.num_positions, np.inf)
         for joint, start in zip(self.joints, self._starts[0], strict=True):
             if joint.kind in (REVOLUTE, PRISMATIC) and joint.multiplier != 0.0:
-                most[start] = min(most[start], joint.velocity / abs(joint.multiplier))
+                most[start] = min(most[start], limit(joint) / abs(joint.multiplier))
         return most
 
     def zero_configuration(self) -> NDArray[np.float64]:

@@ -81,6 +81,8 @@ def tree_of_model(
                 multiplier,
                 offset,
                 np.inf if joint.velocity is None else joint.velocity,
+                np.inf if joint.acceleration is None else joint.acceleration,
+                np.inf if joint.jerk is None else joint.jerk,
             )
         )
         places[joint.child] = len(joints), X_CJ.T

@@ -74,6 +74,11 @@ _MODULE_OF = {name: module for module, names in _MODULES.items() for name in nam
 def __getattr__(name: str) -> Any:
     if name not in _MODULE_OF:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(importlib.import_module(_MODULE_OF[name]), name)
+    try:
+        module = importlib.import_module(_MODULE_OF[name])
+    except AttributeError as error:
+        # As it is, it would be taken for a name that this package has not.
+        raise ImportError(f"{_MODULE_OF[name]} can't be imported: {error}") from error
+    value = getattr(module, name)
     globals()[name] = value
     return value

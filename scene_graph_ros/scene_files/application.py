@@ -37,6 +37,16 @@ class Application:
         self.geometries: dict[str, GeometryId] = {}
         self.cameras: dict[str, CameraDescription] = {}
         self.warnings: list[str] = []
+        self.doubts: list[str] = []
+        self.notes: list[str] = []
+        self.texts: dict[str, str] = {}
+        """URDFs by the name of the robot, of those that a topic describes."""
+        self.pending = frozenset(
+            robot.name for robot in self.spec.robots if not isinstance(robot.urdf, str)
+        )
+        """Robots that are not described yet: what belongs to them has to wait."""
+        self.only = ""
+        """The one source of which parts are added; empty: of all."""
         self._bodies: list[tuple[tuple[str | int, ...], Shape, HydroelasticProperties]] = []
 
     def loaded(self) -> LoadedScene:
@@ -49,7 +59,15 @@ class Application:
             cameras=self.cameras,
             servers=tuple(r.name for r in self.spec.renderers if r.type == "gltf_client"),
             warnings=tuple(self.warnings),
+            doubts=tuple(self.doubts),
+            notes=tuple(self.notes),
         )
+
+    def takes(self, *sources: str) -> bool:
+        """Tell whether a part of the file that speaks of these sources is to be added now."""
+        if self.only and self.only not in sources:
+            return False
+        return self.pending.isdisjoint(sources)
 
     @contextmanager
     def located(self, *path: str | int) -> Iterator[None]:
@@ -66,6 +84,8 @@ class Application:
         topic: str,
         robot: LoadedRobot | None = None,
         configuration_topic: str = "",
+        *,
+        interpolates: bool = True,
     ) -> LoadedSource:
         """Register a source and note what is known of it."""
         full_name = self.prefix + name
@@ -77,6 +97,7 @@ class Application:
             topic,
             robot=robot,
             configuration_topic=configuration_topic,
+            interpolates=interpolates,
         )
         self.sources[full_name] = source
         return source

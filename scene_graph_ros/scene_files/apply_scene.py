@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -16,7 +17,7 @@ from scene_graph_ros.scene_files.scene_file import SceneFile
 if TYPE_CHECKING:
     from scene_graph_ros.geometry import SceneGraph
 
-__all__ = ["apply_scene"]
+__all__ = ["RobotDescription", "apply_scene"]
 
 _MULTI_DOF = "sensor_msgs/msg/MultiDOFJointState"
 
@@ -26,17 +27,67 @@ def apply_scene(scene: SceneFile, scene_graph: SceneGraph, prefix: str) -> Loade
     application = Application(scene, scene_graph, prefix)
     try:
         _add_sources(application)
-        add_robots(application)
-        add_frames(application)
-        add_geometries(application)
-        application.make_bodies()
-        apply_filters(application)
-        _add_cameras(application)
+        _add_parts(application)
+        for name in application.pending:
+            source = application.source(name)
+            source.description = RobotDescription(
+                application, name, _topic_of(application, name), prefix
+            )
     except BaseException:
         for source in application.sources.values():
             scene_graph.remove_source(source.source_id)
         raise
     return application.loaded()
+
+
+def _add_parts(to: Application) -> None:
+    """Add all that is to be added now, of the sources that there are."""
+    add_robots(to)
+    add_frames(to)
+    add_geometries(to)
+    to.make_bodies()
+    apply_filters(to)
+    _add_cameras(to)
+
+
+def _topic_of(to: Application, name: str) -> str:
+    return next(r.urdf.topic for r in to.spec.robots if r.name == name)  # type: ignore[union-attr]
+
+
+class RobotDescription:
+    """A robot that is described later, and again: what the file says of it, beside its URDF."""
+
+    def __init__(self, first: Application, name: str, topic: str, prefix: str) -> None:
+        self.topic = topic
+        self._first, self._name, self._prefix = first, name, prefix
+
+    def apply(self, scene_graph: SceneGraph, text: str) -> LoadedScene:
+        """Register the robot as a URDF describes it, and what the scene file has on it.
+
+        Of the robot as it was described before nothing must be left in ``scene_graph``. Returns
+        what was added, with the robot's source; `applied` when it counts. Raises SceneFileError
+        where something is refused; then the scene graph may have parts of it.
+        """
+        first = self._first
+        to = Application(first.scene, scene_graph, self._prefix)
+        to.sources.update(first.sources)
+        to.geometries.update(
+            (path, known)
+            for path, known in first.geometries.items()
+            if path.partition("/")[0] != self._name
+        )
+        del to.sources[self._prefix + self._name]
+        to.texts[self._name], to.only = text, self._name
+        to.pending = first.pending - {self._name}
+        _add_parts(to)
+        source = to.source(self._name)
+        source.description = self
+        return replace(to.loaded(), sources={source.name: source})
+
+    def applied(self, loaded: LoadedScene) -> None:
+        """Take note that what `apply` returned counts, so that others may speak of it."""
+        self._first.sources.update(loaded.sources)
+        self._first.pending -= {self._name}
 
 
 def _add_sources(to: Application) -> None:
@@ -46,12 +97,14 @@ def _add_sources(to: Application) -> None:
         pose_type = given.type if given is not None else _MULTI_DOF if moves else ""
         topic = (given.topic or "") if given is not None else ""
         deforms = source.configurations
+        interpolates = given is None or given.composition == "interpolated"
         with to.located("sources", index, "name"):
             to.add_source(
                 source.name,
                 pose_type,
                 topic,
                 configuration_topic=deforms.topic if deforms is not None else "",
+                interpolates=interpolates,
             )
 
 
@@ -64,6 +117,8 @@ def _add_cameras(to: Application) -> None:
 
     with added_renderers(to):
         for index, spec in enumerate(to.spec.cameras):
+            if not to.takes(spec.source):
+                continue
             located = partial(to.located, "cameras", index)
             source = to.source(spec.source)
             to.frame_id(source, spec.frame, "cameras", index, "frame")

@@ -17,6 +17,9 @@ def apply_filters(to: Application) -> None:
     """Apply all, in the order of the file."""
     manager = to.scene_graph.collision_filter_manager()
     for index, spec in enumerate(to.spec.collision_filters):
+        named = [*(spec.within or []), *(name for names in spec.between or [] for name in names)]
+        if not to.takes(*(name.partition("/")[0] for name in named)):
+            continue
         declaration = CollisionFilterDeclaration()
         place: tuple[str | int, ...] = ("collision_filters", index)
         if spec.within is not None:

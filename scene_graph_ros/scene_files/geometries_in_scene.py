@@ -32,6 +32,8 @@ def add_frames(to: Application) -> None:
     names = {(frame.source, frame.name) for frame in to.spec.frames}
     waiting: dict[tuple[str, str], list[tuple[int, FrameSpec]]] = {}
     for index, frame in enumerate(to.spec.frames):
+        if not to.takes(frame.source):
+            continue
         parent = (frame.source, frame.parent)
         if parent in names and frame.parent not in to.source(frame.source).frames:
             waiting.setdefault(parent, []).append((index, frame))
@@ -62,6 +64,8 @@ def add_geometries(to: Application) -> None:
     """Register all geometries on frames that are there, and note the bodies that they need."""
     for index, spec in enumerate(to.spec.geometries):
         between_steps()
+        if not to.takes(spec.source):
+            continue
         source = to.source(spec.source)
         frame_id = to.frame_id(source, spec.frame, "geometries", index, "frame")
         with to.located("geometries", index, "pose"):

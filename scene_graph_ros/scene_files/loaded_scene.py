@@ -5,21 +5,37 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import Any, TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
 from scene_graph_ros.robots.kinematics import Kinematics
 from scene_graph_ros.robots.robot_model import RobotModel
-from scene_graph_ros.robots.robot_parts import Pose
-from scene_graph_ros.robots.semantic_model import SemanticModel
+from scene_graph_ros.robots.robot_parts import JointType, Pose
+from scene_graph_ros.robots.semantic_model import SemanticModel, VirtualJoint
 
 if TYPE_CHECKING:
     from scene_graph_ros.geometry import Context
     from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
     from scene_graph_ros.geometry.perception import CameraDescription
 
-__all__ = ["LoadedRobot", "LoadedScene", "LoadedSource"]
+__all__ = ["LoadedRobot", "LoadedScene", "LoadedSource", "MovingBase"]
+
+
+@dataclass(frozen=True)
+class MovingBase:
+    """Who moves a robot's base: poses on a topic, or TF where ``type`` is empty.
+
+    ``parent`` is the frame that stands where the world does, ``link`` the one that is placed in
+    it, of the robot's root or fixed to that; ``prefix`` is before names of links in messages.
+    """
+
+    topic: str
+    type: str
+    parent: str
+    link: str
+    prefix: str = ""
+    interpolates: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +50,30 @@ class LoadedRobot:
     positions: dict[str, float]
     """Joint positions to start with; the joints not named start at 0."""
     joint_states_topic: str
+    moving_base: MovingBase | None = None
+    """None for one that stands still, or that only its virtual joint moves."""
+    joint_poses_topic: str = ""
+    """Of MultiDOFJointState messages."""
+
+    @property
+    def virtual_joint(self) -> VirtualJoint | None:
+        """The joint by which messages move the base, where nothing else does."""
+        joints = () if self.semantics is None else self.semantics.virtual_joints
+        if self.moving_base is not None:
+            return None
+        return next((joint for joint in joints if joint.type != "fixed"), None)
+
+    @property
+    def has_joint_poses(self) -> bool:
+        """Whether poses of joints, not positions, move parts of the robot."""
+        kinds = {joint.type for joint in self.model.joints.values()}
+        posed = kinds & {JointType.PLANAR, JointType.FLOATING}
+        return bool(posed) or self.virtual_joint is not None
+
+    @property
+    def has_moving_base(self) -> bool:
+        """Whether messages move the root link."""
+        return self.moving_base is not None or self.virtual_joint is not None
 
     @cached_property
     def kinematics(self) -> Kinematics:
@@ -54,7 +94,7 @@ class LoadedRobot:
         return dict(zip(self.link_frames.values(), X_WL, strict=True))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class LoadedSource:
     """A registered source and where its poses come from."""
 
@@ -70,6 +110,10 @@ class LoadedSource:
     robot: LoadedRobot | None = None
     configuration_topic: str = ""
     """Empty for the default topic."""
+    interpolates: bool = True
+    """Whether transforms of TF are composed at one time, or of the newest of each."""
+    description: Any = None
+    """The `RobotDescription` of a robot that a topic describes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,9 +128,13 @@ class LoadedScene:
     """"auto" or "off" by the name of an effect; effects not named are "auto"."""
     warnings: tuple[str, ...]
     cameras: dict[str, CameraDescription] = field(default_factory=dict)
+    """By name, with the prefix that the scene was given."""
     servers: tuple[str, ...] = ()
     """The names of renderers that ask a server."""
-    """By name, with the prefix that the scene was given."""
+    doubts: tuple[str, ...] = ()
+    """What files should not say, though they can be used: a checker refuses it."""
+    notes: tuple[str, ...] = ()
+    """What follows from the files and is good to know, such as limits that were narrowed."""
 
     def set_initial_poses(self, context: Context) -> None:
         """Put every frame of the scene where the file says."""

@@ -38,7 +38,8 @@ class Packages:
     3. the ament index of each prefix in ``AMENT_PREFIX_PATH``;
     4. each folder of ``ROS_PACKAGE_PATH``, searched like ``package_dirs``;
     5. the folders above the file that names the package, as in a source checkout;
-    6. the prefixes of this Python environment, where wheels put robot descriptions.
+    6. the prefixes of this Python environment, where wheels put robot descriptions;
+    7. of the folders above the file one that is called as the package, without a manifest.
     """
 
     package_map: Mapping[str, str | Path] = field(default_factory=dict)
@@ -70,6 +71,10 @@ class Packages:
                 searched.append(label)
             if folder is not None:
                 return folder
+        for above in () if near is None else near.resolve().parents:
+            # A copy without its manifest, as wheels have them.
+            if above.name == name:
+                return above
         places = ", ".join(searched) or "nowhere (AMENT_PREFIX_PATH is not set)"
         raise UnknownPackageError(f"package {name!r} not found; searched {places}")
 
@@ -164,6 +169,8 @@ def resolve_resource(
     Raises SceneFileError with the resource and the path tried.
     """
     path = _path_of(resource, base, packages or Packages())
+    if "%" in resource and not _is(bool, path):
+        path = Path(urllib.parse.unquote(str(path)))
     try:
         find_file(path)
     except OSError as error:
@@ -171,7 +178,27 @@ def resolve_resource(
         reason = "no such file" if missing else error.strerror
         meaning = "" if str(path) == resource else f" means {path}"
         raise SceneFileError(f"{resource!r}{meaning}: {reason}") from error
+    if _is_pointer(path):
+        raise SceneFileError(
+            f"{resource!r}: {path} is not the file, but what Git LFS has in its place: run"
+            " 'git lfs pull' where it was cloned"
+        )
     return path
+
+
+_POINTER = b"version https://git-lfs.github.com/spec/"
+_MOST_OF_POINTER = 1024
+"""Bytes: larger files are what they are."""
+
+
+def _is_pointer(path: Path) -> bool:
+    """Tell whether a file only says where Git LFS has the file."""
+    try:
+        if path.stat().st_size > _MOST_OF_POINTER:
+            return False
+        return read_limited(path, _MOST_OF_POINTER).startswith(_POINTER)
+    except OSError:
+        return False
 
 
 def _path_of(resource: str, base: Path | None, packages: Packages) -> Path:
@@ -184,6 +211,8 @@ def _path_of(resource: str, base: Path | None, packages: Packages) -> Path:
             f" {quoted(resource)}"
         )
     scheme, separator, rest = resource.partition("://")
+    if resource.startswith("file:/") and not separator:
+        scheme, separator, rest = "file", "://", resource.removeprefix("file:")
     if not separator:
         try:
             path = Path(resource).expanduser()
@@ -200,7 +229,8 @@ def _path_of(resource: str, base: Path | None, packages: Packages) -> Path:
         raise SceneFileError(
             f"expected a path, package:// or file://, got the scheme {scheme!r} in {resource!r}"
         )
-    path = Path(urllib.parse.unquote(rest))
-    if not path.is_absolute():
-        raise SceneFileError(f"expected file:///<absolute path>, got {resource!r}")
-    return path
+    host, slash, inner = rest.partition("/")
+    if host not in ("", "localhost") or not slash:
+        on = f": {host!r} would be another machine" if slash else ""
+        raise SceneFileError(f"expected file:///<absolute path>, got {resource!r}{on}")
+    return Path(urllib.parse.unquote(slash + inner))

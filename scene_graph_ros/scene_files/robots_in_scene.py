@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from scene_graph_ros.geometry.model.perception_properties import read_perception_properties
-from scene_graph_ros.located import suggestion
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.located import SceneFileError, suggestion
+from scene_graph_ros.robots.adjacency import adjacent_pairs
 from scene_graph_ros.robots.registration import register_robot
 from scene_graph_ros.robots.robot_model import RobotModel
 from scene_graph_ros.robots.semantic_model import SemanticModel
@@ -16,7 +19,8 @@ from scene_graph_ros.scene_files.instances import (
     pose_from_spec,
     properties_from_spec,
 )
-from scene_graph_ros.scene_files.loaded_scene import LoadedRobot
+from scene_graph_ros.scene_files.limits_file import narrowed_by_file
+from scene_graph_ros.scene_files.loaded_scene import LoadedRobot, MovingBase
 from scene_graph_ros.scene_files.schema import RobotSpec
 from scene_graph_ros.scene_files.srdf import load_srdf
 from scene_graph_ros.scene_files.urdf import load_urdf
@@ -27,12 +31,17 @@ if TYPE_CHECKING:
 __all__ = ["add_robots"]
 
 _JOINT_STATE = "sensor_msgs/msg/JointState"
+_ODOMETRY = "nav_msgs/msg/Odometry"
 
 
 def add_robots(to: Application) -> None:
     """Register all robots, each as a source."""
     for index, robot in enumerate(to.spec.robots):
-        _add_robot(to, robot, index)
+        if to.takes(robot.name):
+            _add_robot(to, robot, index)
+        elif robot.name in to.pending and not to.only:
+            with to.located("robots", index, "name"):
+                to.add_source(robot.name, "", "")
 
 
 def _add_robot(to: Application, spec: RobotSpec, index: int) -> None:
@@ -51,7 +60,16 @@ def _add_robot(to: Application, spec: RobotSpec, index: int) -> None:
             find_picture(perception, to.resolve)
             read_perception_properties(perception, spec.name)
     frames: dict[str, FrameId] = {}
-    robot = LoadedRobot(model, semantics, frames, X_WB, positions, spec.joint_states)
+    robot = LoadedRobot(
+        model,
+        semantics,
+        frames,
+        X_WB,
+        positions,
+        spec.joint_states,
+        _moving_base(to, spec, model, index),
+        spec.multi_dof_joint_states,
+    )
     with to.located("robots", index, "name"):
         source = to.add_source(spec.name, _JOINT_STATE, spec.joint_states, robot)
     with to.located("robots", index, "urdf"):
@@ -70,6 +88,8 @@ def _add_robot(to: Application, spec: RobotSpec, index: int) -> None:
                 perception=perception,
             )
         )
+    if spec.filter_adjacent:
+        to.notes.extend(_adjacent_notes(spec.name, model, frames))
     source.frames.update((spec.prefix + link, frame) for link, frame in frames.items())
     inspector = to.scene_graph.model_inspector()
     for frame_id in frames.values():
@@ -82,16 +102,66 @@ def _add_robot(to: Application, spec: RobotSpec, index: int) -> None:
             )
 
 
+def _adjacent_notes(robot: str, model: RobotModel, frames: Mapping[str, FrameId]) -> Iterator[str]:
+    """Say which pairs of links ``filter_adjacent`` leaves without checks."""
+    for link_A, link_B in sorted(adjacent_pairs(model)):
+        if link_A in frames and link_B in frames:
+            yield f"robot {robot!r}: {link_A!r} and {link_B!r} are adjacent, and not checked"
+
+
+def _moving_base(
+    to: Application, spec: RobotSpec, model: RobotModel, index: int
+) -> MovingBase | None:
+    """Return who moves the base, None where nobody does."""
+    base = spec.base
+    if not base.moves:
+        return None
+    parent, link = base.tf or (base.parent or "", base.link or "")
+    if base.tf is not None:
+        link = link.removeprefix(spec.prefix)
+    name = link or model.root
+    if name not in model.fixed_to_root():
+        problem = "joints move it" if name in model.links else "the robot has no such link"
+        where = ("tf", 1) if base.tf is not None else ("link",)
+        raise to.scene.document.error(
+            f"{name!r} can't be the base, as {problem}: the root link is {model.root!r}"
+            f"{suggestion(name, list(model.fixed_to_root()))}",
+            *("robots", index, "base", *where),
+        )
+    kind = "" if base.topic is None else base.type or _ODOMETRY
+    if kind == _ODOMETRY and not parent:
+        parent = "odom"
+    interpolates = base.composition == "interpolated"
+    return MovingBase(base.topic or "", kind, parent, name, spec.prefix, interpolates)
+
+
 def _robot_model(to: Application, spec: RobotSpec, index: int) -> RobotModel:
     packages = to.scene.packages
     with to.located("robots", index, "urdf"):
         model = load_urdf(
-            str(to.resolve(spec.urdf)),
+            _text_or_path(to, spec),
             package_map=packages.package_map,
             package_dirs=packages.package_dirs,
+            skip_unreadable=spec.skip_unreadable,
         )
+    if spec.joint_limits is not None:
+        with to.located("robots", index, "joint_limits"):
+            limits = to.resolve(spec.joint_limits)
+            model = narrowed_by_file(model, limits, spec.joint_limits)
     to.warnings.extend(model.warnings)
+    to.doubts.extend(model.doubts)
+    to.notes.extend(model.notes)
     return model
+
+
+def _text_or_path(to: Application, spec: RobotSpec) -> str:
+    """Return the path of a robot's URDF, or its text where a topic has it."""
+    if isinstance(spec.urdf, str):
+        return str(to.resolve(spec.urdf))
+    text = to.texts[spec.name]
+    if not text.lstrip(" \t\r\n\0\ufeff").startswith("<"):
+        raise SceneFileError(f"the description is no XML: {quoted(text)}")
+    return text
 
 
 def _semantics(

@@ -108,11 +108,19 @@ class PoseSpec(_Spec):
         return self
 
 
+Composition = Literal["interpolated", "newest"]
+_COMPOSITION = (
+    "At which time chains of transforms are composed: interpolated at the newest of which all of "
+    "the chain is known, or of the newest of each."
+)
+
+
 class PosesSpec(_Spec):
     """Where the poses of a source's frames come from."""
 
     type: PoseType = "sensor_msgs/msg/MultiDOFJointState"
     topic: Text | None = Field(None, description='Default: "<source>/poses", or "/tf".')
+    composition: Composition = Field("interpolated", description=_COMPOSITION)
 
 
 class ConfigurationsSpec(_Spec):
@@ -182,14 +190,72 @@ class GeometrySpec(_Spec):
     )
 
 
+BaseType = Literal[
+    "nav_msgs/msg/Odometry",
+    "geometry_msgs/msg/PoseStamped",
+    "geometry_msgs/msg/PoseWithCovarianceStamped",
+    "geometry_msgs/msg/TransformStamped",
+]
+
+
+class BaseSpec(PoseSpec):
+    """Where a robot's root link is in the world; with a topic or tf, until that says it."""
+
+    topic: Text | None = Field(None, description="On which poses of the base come.")
+    type: BaseType | None = Field(None, description="Of the topic; default: nav_msgs/msg/Odometry")
+    parent: Text | None = Field(
+        None,
+        description="The frame that stands where the world does, in which the poses are given, "
+        'beside the world; default with Odometry: "odom".',
+    )
+    link: Text | None = Field(
+        None, description="The link that poses without a child frame are of; default: the root."
+    )
+    tf: Annotated[list[Text], Field(min_length=2, max_length=2)] | None = Field(
+        None, description="A frame of TF that stands where the world does, and the base's."
+    )
+    composition: Composition = Field("interpolated", description=_COMPOSITION)
+
+    @property
+    def moves(self) -> bool:
+        """Tell whether messages move the base."""
+        return self.topic is not None or self.tf is not None
+
+    @model_validator(mode="after")
+    def _one_way(self) -> BaseSpec:
+        if self.topic is not None and self.tf is not None:
+            raise ValueError("give topic or tf, not both")
+        for name in ("type", "parent", "link"):
+            if getattr(self, name) is not None and self.topic is None:
+                raise ValueError(f"{name} needs a topic")
+        return self
+
+
+class DescriptionSpec(_Spec):
+    """A topic of std_msgs/String messages with the text of a URDF, latched as a rule."""
+
+    topic: Text
+
+
 class RobotSpec(_Spec):
     """A robot: a source whose frames are the links of a URDF, moved by joint states."""
 
     name: Name = Field(description="Name of the robot's source.")
-    urdf: Text = Field(description="A path relative to this file, package:// or file://.")
+    urdf: Text | DescriptionSpec = Field(
+        description="A path relative to this file, package:// or file://; or {topic: "
+        "/robot_description}, whose newest text it is."
+    )
     srdf: Text | None = Field(None, description="Its disabled collisions become filters.")
+    joint_limits: Text | None = Field(
+        None, description="A joint_limits.yaml as MoveIt's: the narrower limits hold."
+    )
     prefix: str = Field("", description="Put before the names of links.")
-    base: PoseSpec = Field(PoseSpec(), description="Pose of the root link in the world.")
+    base: BaseSpec = Field(BaseSpec(), description="Pose of the root link in the world.")
+    multi_dof_joint_states: Text = Field(
+        "multi_dof_joint_states",
+        description="Topic of MultiDOFJointState messages about planar and floating joints, and "
+        "the SRDF's virtual joint where the base has no source of its own.",
+    )
     joint_states: Text = Field("joint_states", description="Topic of JointState messages.")
     positions: dict[Text, Number] = Field({}, description="Joint positions until one arrives.")
     group_state: Text | None = Field(None, description="A posture of the SRDF to start in.")
@@ -197,6 +263,9 @@ class RobotSpec(_Spec):
     visual: bool = True
     all_links: bool = Field(False, description="Make frames of links without geometry, too.")
     filter_adjacent: bool = Field(False, description="Never check links that a joint connects.")
+    skip_unreadable: bool = Field(
+        False, description="Leave out geometry that can't be read, each with a warning."
+    )
     proximity: Properties = Field({}, description="Properties of all collision geometry.")
     label: Label | None = Field(
         None, description="The number in label images. It gives the perception role."

@@ -1,18 +1,23 @@
 """Read SRDF files: which pairs of a robot's links need no check, named postures, groups of joints.
 
-End effectors, virtual joints and planning hints are passed over.
+End effectors and planning hints are passed over.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from types import MappingProxyType
 
 from scene_graph_ros.located import Location, SceneFileError, suggestion
 from scene_graph_ros.robots.robot_model import RobotModel
 from scene_graph_ros.robots.robot_parts import JointType
-from scene_graph_ros.robots.semantic_model import DisabledPair, GroupState, SemanticModel
+from scene_graph_ros.robots.semantic_model import (
+    DisabledPair,
+    GroupState,
+    SemanticModel,
+    VirtualJoint,
+)
 from scene_graph_ros.scene_files.packages import Packages
 from scene_graph_ros.scene_files.urdf import read_robot_text
 from scene_graph_ros.scene_files.xml_tree import parse_xml, XmlElement
@@ -65,6 +70,7 @@ class _Reader:
             ),
             group_states=tuple(self._states()),
             groups=MappingProxyType(self._groups()),
+            virtual_joints=tuple(self._virtual_joints()),
             warnings=tuple(self.warnings),
         )
         collisions = [c for c in self.root.children if "collisions" in c.tag]
@@ -127,6 +133,23 @@ class _Reader:
                 element.string("name"), element.attributes.get("group", "").strip(), positions
             )
 
+    def _virtual_joints(self) -> Iterator[VirtualJoint]:
+        """Yield the joints between the world and the robot's root link."""
+        for element in self.root.all("virtual_joint"):
+            kind, link = element.string("type"), self._link(element, "child_link")
+            if kind not in ("fixed", "planar", "floating"):
+                text = f"left out: expected one of fixed, planar, floating, got type {kind!r}"
+                self._warn(element, text)
+            elif link is not None and link not in self.robot.fixed_to_root():
+                self._warn(
+                    element,
+                    f"left out, as joints move link {link!r}: a virtual joint is above the root"
+                    f" link {self.robot.root!r}",
+                )
+            elif link is not None:
+                name, parent = element.string("name"), element.string("parent_frame")
+                yield VirtualJoint(name, kind, parent, link, element.location())
+
     def _groups(self) -> dict[str, tuple[str, ...]]:
         """Return the joints of each group: its own, those before its links, chains, subgroups."""
         elements: dict[str, XmlElement] = {}
@@ -177,16 +200,16 @@ class _Reader:
         return members
 
     def _chain(self, element: XmlElement) -> set[str]:
-        """Return the joints between two links."""
+        """Return the joints between two links: of both branches, below what they share."""
         base, tip = self._link(element, "base_link"), self._link(element, "tip_link")
         if base is None or tip is None:
             return set()
-        names, link = set(), tip
-        while link != base:
-            joint = self.robot.parent_joint(link)
-            if joint is None:
-                self._warn(element, f"left out, as link {tip!r} is not behind link {base!r}")
-                return set()
+        return self._above(base) ^ self._above(tip)
+
+    def _above(self, link: str) -> set[str]:
+        """Return the joints between a link and the root."""
+        names = set()
+        while (joint := self.robot.parent_joint(link)) is not None:
             names.add(joint.name)
             link = joint.parent
         return names

@@ -6,7 +6,8 @@ link has none. Transmissions, sensors and the extensions of simulators are passe
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping
+import itertools
 import math
 from pathlib import Path
 from typing import TypeVar
@@ -17,6 +18,7 @@ from scene_graph_ros.geometry.files import MAX_TEXT_BYTES, read_limited
 from scene_graph_ros.geometry.spatial.poses import pose_from_xyz_rpy
 from scene_graph_ros.geometry.tolerances import MIN_SCALE
 from scene_graph_ros.located import Location, SceneFileError
+from scene_graph_ros.robots.registration import shape_of
 from scene_graph_ros.robots.robot_model import RobotModel
 from scene_graph_ros.robots.robot_parts import (
     Inertial,
@@ -29,7 +31,9 @@ from scene_graph_ros.robots.robot_parts import (
     Pose,
     PrimitiveShape,
 )
+from scene_graph_ros.scene_files.dialects import check_dialect, joint_dialect, shape_dialect
 from scene_graph_ros.scene_files.inertials import inertial_of
+from scene_graph_ros.scene_files.joint_limits import check_ranges, joint_limits, velocity_limit
 from scene_graph_ros.scene_files.packages import Packages, resolve_resource
 from scene_graph_ros.scene_files.urdf_tree import (
     arrange_joints,
@@ -38,7 +42,7 @@ from scene_graph_ros.scene_files.urdf_tree import (
 )
 from scene_graph_ros.scene_files.xml_tree import parse_xml, XmlElement
 
-__all__ = ["load_urdf", "read_robot_text"]
+__all__ = ["free_name", "load_urdf", "read_robot_text"]
 
 Rgba = tuple[float, float, float, float]
 Named = TypeVar("Named", Link, Joint)
@@ -49,25 +53,26 @@ def load_urdf(
     *,
     package_map: Mapping[str, str | Path] | None = None,
     package_dirs: Iterable[str | Path] = (),
+    skip_unreadable: bool = False,
 ) -> RobotModel:
     """Read a robot from a file, a ``package://`` or ``file://`` address, or URDF text.
 
     Poses are in m and rad. A mesh that is not found is a warning here, and an error when its
-    geometry is registered. Raises SceneFileError naming file, line, element and attribute.
+    geometry is registered; with ``skip_unreadable`` geometry that can't be read is left out with
+    a warning. Raises SceneFileError naming file, line, element and attribute.
     """
     packages = Packages.of(package_map, package_dirs)
     text, label, base = read_robot_text(path_or_xml, packages)
     root = parse_xml(text, label)
-    if root.tag != "robot":
-        raise SceneFileError(f"{Location(label, root.line)}: expected <robot>, got <{root.tag}>")
-    return _Reader(root, base, packages).robot()
+    check_dialect(root)
+    return _Reader(root, base, packages, skip_unreadable=skip_unreadable).robot()
 
 
 def read_robot_text(
     path_or_xml: str | Path, packages: Packages
 ) -> tuple[str | bytes, str, Path | None]:
     """Return the XML, its label for messages, and the file it comes from, if any."""
-    if isinstance(path_or_xml, str) and path_or_xml.lstrip().startswith("<"):
+    if isinstance(path_or_xml, str) and path_or_xml.lstrip(" \t\r\n\0\ufeff").startswith("<"):
         # Declared encodings of text that is decoded already would be wrong: hand over UTF-8.
         return path_or_xml, "<text>", None
     path = resolve_resource(str(path_or_xml), packages=packages)
@@ -80,7 +85,12 @@ def read_robot_text(
 class _Reader:
     """Turns the XML tree of one file into a RobotModel."""
 
-    def __init__(self, root: XmlElement, base: Path | None, packages: Packages) -> None:
+    def __init__(
+        self, root: XmlElement, base: Path | None, packages: Packages, *, skip_unreadable: bool
+    ) -> None:
+        self.skips = skip_unreadable
+        self.doubts: list[str] = []
+        self.notes: list[str] = []
         self.root = root
         self.base = base
         self.packages = packages
@@ -96,6 +106,7 @@ class _Reader:
         self.warnings.extend(warnings)
         base, ordered = arrange_joints(self.root, links, joints)
         check_mimics(ordered)
+        check_ranges(ordered)
         return RobotModel(
             name=self.root.attributes.get("name", "").strip() or "robot",
             file=self.root.file,
@@ -103,6 +114,8 @@ class _Reader:
             joints=ordered,
             root=base,
             warnings=tuple(self.warnings),
+            notes=tuple(self.notes),
+            doubts=tuple(self.doubts),
         )
 
     @staticmethod
@@ -150,28 +163,39 @@ class _Reader:
     def _geometries(self, link: XmlElement, tag: str) -> tuple[LinkGeometry, ...]:
         """Read a link's geometry; names are made unique, as URDF does not ask them to be."""
         result: list[LinkGeometry] = []
+        given = {element.attributes.get("name", "").strip() for element in link.all(tag)}
         taken: set[str] = set()
         for index, element in enumerate(link.all(tag)):
             name = element.attributes.get("name", "").strip()
             if not name or name in taken:
-                name = f"{link.attributes['name'].strip()}_{tag}_{index}"
+                generated = f"{link.attributes['name'].strip()}_{tag}_{index}"
+                name = free_name(generated, given | taken)
             taken.add(name)
-            result.append(
-                LinkGeometry(
+            try:
+                geometry = LinkGeometry(
                     name=name,
                     X_LG=_origin(element),
                     shape=self._shape(element.required_child("geometry")),
                     rgba=self._material(element),
                     location=element.location(),
                 )
-            )
+                if self.skips:
+                    shape_of(geometry)
+            except SceneFileError as error:
+                if not self.skips:
+                    raise
+                self.warnings.append(f"{error}: left out")
+            else:
+                result.append(geometry)
         return tuple(result)
 
     def _shape(self, geometry: XmlElement) -> PrimitiveShape | MeshFile:
         shapes = [child for child in geometry.children if child.tag in _SHAPES]
         if len(shapes) != 1:
             got = ", ".join(f"<{child.tag}>" for child in geometry.children) or "nothing"
-            raise geometry.error(f"expected one of {', '.join(_SHAPES)}, got {got}")
+            raise geometry.error(
+                f"expected one of {', '.join(_SHAPES)}, got {got}{shape_dialect(geometry)}"
+            )
         shape = shapes[0]
         match shape.tag:
             case "box":
@@ -184,7 +208,11 @@ class _Reader:
                 return PrimitiveShape("sphere", (shape.positive("radius"),))
             case "mesh":
                 return self._mesh(shape)
-            case kind:
+            case "drake:ellipsoid":
+                axes = tuple(shape.positive(name) for name in "abc")
+                return PrimitiveShape("ellipsoid", axes)
+            case tag:
+                kind = tag.removeprefix("drake:")
                 return PrimitiveShape(kind, (shape.positive("radius"), shape.positive("length")))
 
     def _mesh(self, element: XmlElement) -> MeshFile:
@@ -223,12 +251,21 @@ class _Reader:
             kind = JointType(word)
         except ValueError:
             words = ", ".join(member.value for member in JointType)
-            raise element.error(f"expected one of {words}, got {word!r}", "type") from None
+            raise element.error(
+                f"expected one of {words}, got {word!r}{joint_dialect(word)}", "type"
+            ) from None
         limit = element.only_child("limit")
+        if limit is None and kind in (JointType.REVOLUTE, JointType.PRISMATIC):
+            self.doubts.append(
+                f"{element.location()}: a {word} joint needs a <limit>; without one it is taken"
+                " as having none"
+            )
         mimic = element.only_child("mimic")
         if mimic is not None and not kind.has_position:
             self.warnings.append(f"{mimic.location()}: ignored, as a {word} joint has no position")
             mimic = None
+        lower, upper, soft = joint_limits(element, kind)
+        self.notes.extend(soft)
         return Joint(
             name=name,
             type=kind,
@@ -236,15 +273,21 @@ class _Reader:
             child=element.required_child("child").string("link"),
             X_PC=_origin(element),
             axis=_axis(element, kind),
-            lower=_limit(limit, "lower", kind),
-            upper=_limit(limit, "upper", kind),
+            lower=lower,
+            upper=upper,
             mimic=None if mimic is None else _mimic(mimic),
             location=element.location(),
-            velocity=_velocity(limit, kind),
+            velocity=velocity_limit(limit, kind),
         )
 
 
-_SHAPES = ("box", "sphere", "cylinder", "capsule", "mesh")
+_SHAPES = ("box", "sphere", "cylinder", "capsule", "mesh", "drake:capsule", "drake:ellipsoid")
+
+
+def free_name(name: str, taken: Container[str]) -> str:
+    """Return a name, with a number behind it where it is taken."""
+    numbered = (f"{name}_{number}" for number in itertools.count(2))
+    return next(each for each in itertools.chain([name], numbered) if each not in taken)
 
 
 def _origin(element: XmlElement) -> Pose:
@@ -273,19 +316,6 @@ def _axis(element: XmlElement, kind: JointType) -> tuple[float, float, float]:
             return (1.0, 0.0, 0.0)
         raise axis.error(f"must not be zero, got {axis.attributes['xyz']!r}", "xyz")
     return (x / length, y / length, z / length)
-
-
-def _limit(limit: XmlElement | None, name: str, kind: JointType) -> float | None:
-    if limit is None or kind not in (JointType.REVOLUTE, JointType.PRISMATIC):
-        return None
-    return limit.number(name, "0")
-
-
-def _velocity(limit: XmlElement | None, kind: JointType) -> float | None:
-    """Return the largest speed, None where there is none or its direction has no one number."""
-    if limit is None or not kind.has_position or "velocity" not in limit.attributes:
-        return None
-    return limit.number("velocity")
 
 
 def _mimic(mimic: XmlElement) -> Mimic:

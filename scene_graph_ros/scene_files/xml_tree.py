@@ -17,6 +17,8 @@ __all__ = ["XmlElement", "parse_xml"]
 MAX_DEPTH = 100
 """How deep elements may be in each other. URDF has about six levels."""
 
+_BLANKS = " \t\r\n\0\ufeff"
+
 MAX_ELEMENTS = 1_000_000
 """They take some 400 bytes each."""
 
@@ -100,7 +102,8 @@ class XmlElement:
         values = []
         for part in parts:
             try:
-                value = float(part)
+                # Python takes 1_0 for ten.
+                value = float(part.replace("_", "?"))
             except ValueError:
                 raise self.error(
                     f"expected a number, got {quoted(part)} in {quoted(text)}", name
@@ -125,8 +128,9 @@ class XmlElement:
 class _TreeBuilder:
     """Collects what expat reports into a tree."""
 
-    def __init__(self, file: str) -> None:
+    def __init__(self, file: str, lines_before: int) -> None:
         self.file = file
+        self.lines_before = lines_before
         self.root: XmlElement | None = None
         self.open: list[XmlElement] = []
         self.counts: list[dict[str, int]] = []
@@ -139,8 +143,13 @@ class _TreeBuilder:
         self.parser.CharacterDataHandler = self.characters
         self.parser.EntityDeclHandler = self.entity
 
+    @property
+    def line(self) -> int:
+        """The line of the file that is being read."""
+        return self.lines_before + int(self.parser.CurrentLineNumber)
+
     def fail(self, message: str) -> SceneFileError:
-        place = Location(self.file, self.parser.CurrentLineNumber)
+        place = Location(self.file, self.line)
         return SceneFileError(f"{place}: {message}")
 
     def start(self, tag: str, attributes: dict[str, str]) -> None:
@@ -151,7 +160,7 @@ class _TreeBuilder:
             raise self.fail(f"<{tag}>: more than {MAX_ELEMENTS} elements")
         if len(self.open) >= MAX_DEPTH:
             raise self.fail(f"<{tag}>: nested more than {MAX_DEPTH} deep")
-        self._open(XmlElement(tag, attributes, self.file, self.parser.CurrentLineNumber))
+        self._open(XmlElement(tag, attributes, self.file, self.line))
 
     def _open(self, element: XmlElement) -> None:
         if self.open:
@@ -177,6 +186,21 @@ class _TreeBuilder:
         raise self.fail(f"entity {quoted(name)}: entities are refused")
 
 
+def _without_fringe(source: str | bytes) -> tuple[str | bytes, int]:
+    """Return a text without blanks before it and NULs behind it, and the lines before it.
+
+    Templates leave blank lines before the declaration, programs in C the end of their string.
+    """
+    if isinstance(source, str):
+        text = source.lstrip(_BLANKS)
+        return text.rstrip(_BLANKS), source[: len(source) - len(text)].count("\n")
+    if source.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return source, 0  # UTF-16, in which a NUL is half of a letter
+    blanks = b" \t\r\n\0"
+    data = source.lstrip(blanks)
+    return data.rstrip(blanks), source[: len(source) - len(data)].count(b"\n")
+
+
 def parse_xml(source: str | bytes, file: str) -> XmlElement:
     """Return the root element of an XML text; ``file`` is its name in messages.
 
@@ -187,12 +211,13 @@ def parse_xml(source: str | bytes, file: str) -> XmlElement:
         raise SceneFileError(
             f"{file}: has {len(source)} characters, the limit is {MAX_TEXT_BYTES}"
         )
-    builder = _TreeBuilder(file)
+    text, lines_before = _without_fringe(source)
+    builder = _TreeBuilder(file, lines_before)
     try:
-        builder.parser.Parse(source, True)
+        builder.parser.Parse(text, True)
     except expat.ExpatError as error:
         reason = expat.ErrorString(error.code)
-        where = Location(file, error.lineno)
+        where = Location(file, lines_before + error.lineno)
         raise SceneFileError(f"{where}: not well-formed XML: {reason}") from error
     except SceneFileError:
         raise

@@ -57,6 +57,14 @@ class NamedPositions(Protocol):
     def velocity_limits(self) -> NDArray[np.float64]:
         """Their largest speeds ``(nq,)``, in rad/s and m/s; infinite where there is no limit."""
 
+    @property
+    def acceleration_limits(self) -> NDArray[np.float64]:
+        """Their largest accelerations ``(nq,)``, as of `velocity_limits`."""
+
+    @property
+    def jerk_limits(self) -> NDArray[np.float64]:
+        """Their largest jerks ``(nq,)``, as of `velocity_limits`."""
+
 
 _JUMP = 1e-9
 """Of the limit of an acceleration: smaller jumps are none."""
@@ -84,6 +92,10 @@ class MotionLimits:
 
     def __post_init__(self) -> None:
         """Check the arrays."""
+        if not isinstance(self.names, (tuple, list)):
+            raise TrajectoryError(
+                f"names must be texts, not {quoted(self.names)}: jerks are given by that name"
+            )
         for kind in ("velocities", "accelerations", "jerks"):
             if getattr(self, kind) is None:
                 continue
@@ -120,7 +132,7 @@ class MotionLimits:
         cls,
         tree: NamedPositions,
         *,
-        accelerations: Mapping[str, float] | float,
+        accelerations: Mapping[str, float] | float | None = None,
         velocities: Mapping[str, float] | None = None,
         jerks: Mapping[str, float] | float | None = None,
         velocity_scaling: float = 1.0,
@@ -130,7 +142,8 @@ class MotionLimits:
         """Return the limits of a robot's positions: velocities of its URDF, unless given.
 
         ``accelerations``, and ``jerks`` where there are limits of these, are given by position, or
-        one for all. ``positions`` ``(k,)`` are the entries of q that move, by default all; only
+        one for all; the robot's own, which `joint_limits.yaml` gives it, narrow them.
+        ``positions`` ``(k,)`` are the entries of q that move, by default all; only
         these have limits. Scalings are in (0, 1]; jerks have none.
         Raises TrajectoryError for an unknown name, and for an entry without a limit.
         """
@@ -138,8 +151,10 @@ class MotionLimits:
         rows = np.arange(len(names)) if positions is None else np.asarray(positions, np.intp)
         own = dict(zip(names, tree.velocity_limits.tolist(), strict=True))
         own.update(_known(tree, "velocities", velocities or {}))
-        most = _by_name(tree, "accelerations", accelerations)
-        changes = None if jerks is None else _by_name(tree, "jerks", jerks)
+        most = _narrowest(tree, "accelerations", accelerations, tree.acceleration_limits)
+        own_jerks = tree.jerk_limits
+        has_jerks = jerks is not None or bool(np.isfinite(own_jerks[rows]).any())
+        changes = _narrowest(tree, "jerks", jerks, own_jerks) if has_jerks else None
         factors = [
             _scaling(name, value)
             for name, value in (
@@ -258,6 +273,20 @@ def _known(tree: NamedPositions, what: str, given: Mapping[str, float]) -> dict[
         if as_float(value) is None:
             raise TrajectoryError(f"{what} of {name!r} must be a number, not {quoted(value)}")
     return {name: float(value) for name, value in given.items()}
+
+
+def _narrowest(
+    tree: NamedPositions,
+    what: str,
+    given: Mapping[str, float] | float | None,
+    own: NDArray[np.float64],
+) -> dict[str, float]:
+    """Return limits by position: those given, or the robot's own where these are narrower."""
+    result = {} if given is None else _by_name(tree, what, given)
+    for name, most in zip(tree.position_names, own.tolist(), strict=True):
+        if most < np.inf and not result.get(name, np.inf) < most:
+            result[name] = most
+    return result
 
 
 def _by_name(

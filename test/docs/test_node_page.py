@@ -8,8 +8,9 @@ import pytest
 from scene_graph_msgs.msg import Status
 from scene_graph_ros.node.effects.declarations import CAMERA_TOPICS, CAMERAS, EFFECTS
 from scene_graph_ros.node.runtime import names, qos
-from scene_graph_ros.node.world import configuration_inputs, inputs
+from scene_graph_ros.node.world import configuration_inputs, queued_channel
 from scene_graph_ros.node.world.intake import Fault
+from scene_graph_ros.node.world.tf_channel import STATIC_TOPIC
 from tools.node_tables import written
 
 ROOT = Path(__file__).parents[2]
@@ -36,7 +37,9 @@ def test_every_topic_that_is_read_is_listed():
     """With all types of poses, by the names that topics have where none is given."""
     topics = {topic.format(source="<source>") for topic in names.POSE_TOPICS.values()}
     text = section("Topics that it reads")
-    assert first_cells(text) == topics | {names.default_configuration_topic("<source>")}
+    of_robots = {"multi_dof_joint_states", STATIC_TOPIC}
+    configurations = names.default_configuration_topic("<source>")
+    assert first_cells(text) == topics | of_robots | {configurations}
     for kind in names.POSE_TOPICS:
         assert kind.rpartition("/")[2] in text
 
@@ -54,7 +57,7 @@ def test_every_topic_that_is_published_is_listed():
 @pytest.mark.parametrize(
     ("name", "profile"),
     [
-        ("poses", qos.pose_qos(inputs._QUEUED)),
+        ("poses", qos.pose_qos(queued_channel.QUEUED)),
         ("contacts", qos.contact_qos()),
         ("markers", qos.marker_qos()),
         ("images", qos.image_qos()),
@@ -73,7 +76,7 @@ def test_profiles_are_those_of_the_code(name, profile):
 
 def test_configurations_have_a_depth_of_their_own():
     """The row of poses says so."""
-    assert f"; {configuration_inputs._QUEUED} of configurations |" in section("Quality of service")
+    assert f"; {configuration_inputs._QUEUED} of configurations, " in section("Quality of service")
 
 
 def test_every_status_is_listed():

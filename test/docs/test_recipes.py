@@ -26,6 +26,7 @@ WITHOUT_A_NAME = {
     "geometry/perception/exact/ray_intervals.py": FLAT_HULLS,
     "geometry/perception/surfaces.py": HULLS,
     "geometry/query/distance/dispatch.py": {"CONVEX"},
+    "robots/registration.py": {"CONVEX", "HALF_SPACE"},
     "geometry/query/distance/fcl_engine.py": {"MESH"},
     "geometry/query/distance/local_surface.py": HULLS,
     "planning/pairs/checker_plan.py": HULLS,

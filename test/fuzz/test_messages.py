@@ -16,8 +16,9 @@ from sensor_msgs.msg import JointState, MultiDOFJointState
 from scene_graph_msgs.msg import DeformableConfigurations
 from scene_graph_ros.geometry import GeometryInstance, ProximityProperties, SceneGraph, Sphere
 from scene_graph_ros.node.world.configurations import ConfigurationChannel
-from scene_graph_ros.node.world.inputs import Channel
+from scene_graph_ros.node.world.inputs import make_channel, POSES
 from scene_graph_ros.node.world.intake import Intake, TimeLimits
+from scene_graph_ros.node.world.robot_motion import RobotMotion
 from scene_graph_ros.node.world.scene import SourceRecord
 from scene_graph_ros.node.world.world import World
 from scene_graph_ros.scene_files import load_scene_text
@@ -177,9 +178,10 @@ def move(scene: SimpleNamespace, kind: str, data: bytes) -> None:
     if kind.endswith("JointState") and "Multi" not in kind:
         (robot, world), name = scene.robot, "robot"
     old = world.records[name]
-    record = SourceRecord(old.id, name, old.token, kind, robot=robot)
+    motion = None if robot is None else RobotMotion(robot)
+    record = SourceRecord(old.id, name, old.token, kind, robot=robot, motion=motion)
     warnings: list[str] = []
-    channel = Channel(record, Intake(name, warnings.append), KINDS[kind][0])
+    channel = make_channel(POSES, record, warnings.append, "world")
     frames = world.frames(name)
     frames.stamps[:] = 0
     before = frames.X_PF.copy()

@@ -176,13 +176,10 @@ def test_an_empty_message_is_an_empty_batch() -> None:
 
 
 def test_lists_that_do_not_fit_are_refused() -> None:
-    """Another number of transforms than of names, or a name twice, is no message to guess at."""
+    """Another number of transforms than of names is no message to guess at."""
     msg = multi_dof({"a": transform_msg(), "b": transform_msg()})
     msg.joint_names = ["a"]
     with pytest.raises(MessageError, match="1 joint_names, but 2 transforms"):
-        poses.poses_from_multi_dof_joint_state(msg)
-    msg.joint_names = ["a", "a"]
-    with pytest.raises(MessageError, match=r"\['a'\]"):
         poses.poses_from_multi_dof_joint_state(msg)
     with pytest.raises(ValueError, match="1 names for 2 poses"):
         poses.multi_dof_joint_state_to_msg(
@@ -251,7 +248,27 @@ def test_joints_without_positions_are_refused() -> None:
         poses.joints_from_msg(JointState(name=["a", "b"], position=[1.0]))
 
 
-def test_a_joint_named_twice_is_refused() -> None:
-    """Which of its two positions was meant can't be known."""
-    with pytest.raises(MessageError, match=r"name holds names more than once: \['a'\]"):
-        poses.joints_from_msg(JointState(name=["a", "b", "a"], position=[1.0, 2.0, 3.0]))
+def test_a_joint_named_twice_counts_where_both_say_the_same() -> None:
+    """Else which of its two positions was meant can't be known: both are named."""
+    batch = poses.joints_from_msg(JointState(name=["a", "b", "/a"], position=[1.0, 2.0, 1.0]))
+    assert (batch.names, batch.positions.tolist(), batch.refused) == (("a", "b"), [1.0, 2.0], ())
+    batch = poses.joints_from_msg(JointState(name=["a", "b", "a"], position=[1.0, 2.0, 3.0]))
+    assert (batch.names, batch.positions.tolist()) == (("b",), [2.0])
+    assert batch.refused[0].fault is poses.PoseFault.CONTRADICTORY
+    assert "'a' is there twice, as 1.0 and as 3.0" in batch.refused[0].message
+
+
+def test_a_frame_named_twice_counts_where_both_say_the_same() -> None:
+    """With several stamps all count, the oldest first, so that the newest holds in the end."""
+    rows = [(x, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0) for x in (3.0, 1.0, 2.0, 5.0, 6.0)]
+    batch = poses.pose_batch(
+        ["a", "/a", "b", "c", "c"], ["/world", "world", "", "", ""], [7, 4, 7, 7, 7], rows
+    )
+    assert batch.names == ("a", "a", "b")
+    assert batch.parents == ("world", "world", "")
+    assert batch.X_PF[:, 0, 3].tolist() == [1.0, 3.0, 2.0]
+    (refused,) = batch.refused
+    assert refused.name == "c"
+    assert "5.0" in refused.message and "6.0" in refused.message
+    same = poses.pose_batch(["c", "c"], ["", ""], [7, 7], [rows[0], rows[0]])
+    assert (same.names, same.refused) == (("c",), ())

@@ -25,6 +25,8 @@ class Sender:
     pose_type: str = POSES
     pose_topic: str = ""
     configuration_topic: str = ""
+    robot: None = None
+    description: None = None
 
 
 def problems(*senders, before=(), deforming=()):

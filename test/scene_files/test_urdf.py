@@ -147,9 +147,14 @@ def test_mesh_paths_and_scale(tmp_path):
         ),
         (
             "<cone/>",
-            "geometry: expected one of box, sphere, cylinder, capsule, mesh, got <cone>",
+            "geometry: expected one of box, sphere, cylinder, capsule, mesh, drake:capsule, "
+            "drake:ellipsoid, got <cone>",
         ),
-        ("", "geometry: expected one of box, sphere, cylinder, capsule, mesh, got nothing"),
+        (
+            "",
+            "geometry: expected one of box, sphere, cylinder, capsule, mesh, drake:capsule, "
+            "drake:ellipsoid, got nothing",
+        ),
     ],
 )
 def test_shapes_are_refused_with_their_place(shape, message):

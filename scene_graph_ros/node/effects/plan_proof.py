@@ -52,7 +52,7 @@ class PathInWorld:
     def __init__(self, path: PlannedPath, snapshot: WorldSnapshot) -> None:
         core = snapshot.query.snapshot
         self.path, self.snapshot = path, snapshot
-        self.robots: PlanningRobots = snapshot.robots.planning(core)
+        self.robots: PlanningRobots = snapshot.robots.planning(core, snapshot.bases)
         if self.robots.tree.position_names != path.position_names:
             raise UnknownIdError("the scene has other robots than those that it was planned for")
         self.checker: SceneGraphCollisionChecker = self.robots.checker(

@@ -17,6 +17,8 @@ from scene_graph_ros.geometry.model.ids import SourceId
 from scene_graph_ros.node.recording.events import encode, EVENTS, text_of, VERSION
 from scene_graph_ros.node.recording.spool import Spool
 from scene_graph_ros.node.runtime.names import CAMERAS, TRANSFORMS
+from scene_graph_ros.node.runtime.raw_topics import Reader
+from scene_graph_ros.node.world.description_channel import DESCRIPTIONS
 from scene_graph_ros.node.world.intake import TimeLimits
 from scene_graph_ros.node.world.scene import SourceRecord
 from scene_graph_ros.node.world.world import World, WorldSnapshot
@@ -78,7 +80,7 @@ class Recorder:
         self._events = node.resolve_topic_name(EVENTS)
         self._spool = Spool(Path(folder), self._events, most_bytes)
         self._lock = threading.Lock()
-        self._seen: dict[tuple[str, str], Any] = {}
+        self._seen: dict[tuple[str, str, str], Any] = {}
         self._first: dict[str, Any] = {}
         self._has_inputs = False
         self._sequence = -1
@@ -114,24 +116,30 @@ class Recorder:
             return None
         return Tape(self._spool, kind, topic, qos)
 
-    def received(self, channel: Any, data: bytes, world: World) -> None:
+    def received(self, reader: Reader, data: bytes, world: World) -> None:
         """Take a message that came in, in the thread that updates the world."""
+        channel = reader.channel
+        if channel.noun == DESCRIPTIONS:
+            # What becomes of it is an edit.
+            return
         record: SourceRecord = channel.record
         if world.records.get(record.name) is not channel.record:
             # The source is gone or another: the update does not look at it.
             return
         kind = kind_of(channel.kind)
-        key = (record.name, kind)
-        if self._seen.get(key) is not channel:
-            self._seen[key] = channel
-            self._event("channel", source=record.name, kind=kind, topic=channel.topic)
+        key, topic = (record.name, channel.noun), reader.topic
+        told = (channel, reader.is_static)
+        if self._seen.get((*key, topic)) != told:
+            self._seen[*key, topic] = told
+            source, noun = key
+            self._event("channel", source=source, noun=noun, topic=topic, static=reader.is_static)
         self._has_inputs = True
-        owner = self._first.setdefault(channel.topic, key)
-        if owner == key:
-            self._spool.put(channel.topic, kind, data)
+        if self._first.setdefault(topic, key) == key:
+            self._spool.put(topic, kind, data)
         else:
             # Another source has it on its topic already.
-            self._event("input", source=record.name, kind=kind, data=text_of(data))
+            source, noun = key
+            self._event("input", source=source, noun=noun, topic=topic, data=text_of(data))
 
     def updated(self, limits: TimeLimits, snapshot: WorldSnapshot) -> None:
         """Say that what came in so far was taken; with the world's lock held."""
@@ -172,6 +180,12 @@ class Recorder:
             ids=ids,
             rehung=rehung,
         )
+
+    def described(
+        self, source: str, text: str, first_id: int, rehung: dict[int, list[float]]
+    ) -> None:
+        """Take what a robot is from now on, as `edited` does; with the world's lock held."""
+        self._event("described", source=source, text=text, id=first_id, rehung=rehung)
 
     def accuracy_set(self, accuracy: str) -> None:
         """Say that answers have this tier from now on; with the world's lock held."""

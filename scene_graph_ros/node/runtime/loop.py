@@ -49,6 +49,9 @@ class Topic(Protocol):
 
     subscription: Any
 
+    def counts(self, data: bytes) -> bool:
+        """Tell whether a message is new; one that is not is dropped."""
+
     def store(self, data: bytes, arrival: int) -> None:
         """Keep a message that arrived at a steady time (ns) for the next update."""
 
@@ -200,6 +203,8 @@ class UpdateLoop:
             taken = subscription.handle.take_message(subscription.msg_type, True)
             if taken is None:
                 return
+            if not topic.counts(taken[0]):
+                continue
             if self._tell is not None:
                 self._tell(topic, taken[0])
             topic.store(taken[0], time.monotonic_ns())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 __all__ = [
+    "BASE_TYPES",
     "CAMERAS",
     "CONTACTS",
     "CONTACT_MARKERS",
@@ -54,6 +55,14 @@ POSE_TOPICS: dict[str, str] = {
     "tf2_msgs/msg/TFMessage": "/tf",
 }
 """Every message type that a source may send its poses as, and the topic where none is named."""
+
+BASE_TYPES = (
+    "nav_msgs/msg/Odometry",
+    "geometry_msgs/msg/PoseStamped",
+    "geometry_msgs/msg/PoseWithCovarianceStamped",
+    "geometry_msgs/msg/TransformStamped",
+)
+"""The message types by which a robot's base may move, beside TF."""
 
 
 def default_pose_topic(source: str, pose_type: str) -> str:

@@ -196,6 +196,14 @@ PARAMETERS: tuple[Parameter, ...] = (
         maximum=86400.0,
     ),
     Parameter(
+        "start_tolerance",
+        1e-3,
+        "Radians or metres. How far beyond its limits a position may be where a path begins; the "
+        "path's first edge moves it back.",
+        minimum=0.0,
+        maximum=1.0,
+    ),
+    Parameter(
         "retimer",
         "time_optimal",
         "What finds how fast a planned path is gone along: ours, TOPP-RA, or Ruckig, which stops "

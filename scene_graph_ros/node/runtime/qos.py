@@ -36,17 +36,18 @@ are acknowledged. What is beyond it throws away, and nobody learns of that. So i
 wait, and time to take them while threads answer; what is not used costs nothing."""
 
 
-def pose_qos(depth: int, *, is_reliable: bool = True) -> QoSProfile:
+def pose_qos(depth: int, *, is_reliable: bool = True, is_latched: bool = False) -> QoSProfile:
     """Return the profile of pose inputs.
 
     Reliable, so that an object that is placed once is not lost; a publisher that offers best
-    effort only gets a reader to match.
+    effort only gets a reader to match, one that repeats its last messages gets a second one
+    which asks for them.
     """
     return QoSProfile(
         history=HistoryPolicy.KEEP_LAST,
         depth=depth,
         reliability=ReliabilityPolicy.RELIABLE if is_reliable else ReliabilityPolicy.BEST_EFFORT,
-        durability=DurabilityPolicy.VOLATILE,
+        durability=(DurabilityPolicy.TRANSIENT_LOCAL if is_latched else DurabilityPolicy.VOLATILE),
     )
 
 

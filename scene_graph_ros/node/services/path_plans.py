@@ -53,7 +53,7 @@ def plan(
     PlanningError and TrajectoryError for what can't be worked on, naming the field and its value.
     """
     begin, core = time.monotonic(), snapshot.query.snapshot
-    robots = snapshot.robots.planning(core)
+    robots = snapshot.robots.planning(core, snapshot.bases)
     wanted = checked_goal(goal.request, robots, robots.present(snapshot.positions), limit)
     result = PlanPath.Result(
         status=ok_status(),
@@ -75,6 +75,7 @@ def plan(
             seed=goal.request.seed,
             timeout=patience(goal.request.timeout, limit),
             group=wanted.group,
+            start_tolerance=float(limit("start_tolerance")),
             watch=watch,
         )
         _tell(found, result)
@@ -151,6 +152,7 @@ def _timed(
         limits,
         rise_time=wanted.rise_time,
         retimer=wanted.retimer,
+        start_tolerance=float(limit("start_tolerance")),
         timeout=patience,
         watch=watch,
     )

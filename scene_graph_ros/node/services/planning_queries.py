@@ -165,7 +165,7 @@ def check_edges(request: Any, response: Any, scope: QueryScope) -> None:
 def _question(request: Any, rows: Any, field: str, scope: QueryScope) -> _Question:
     """Return what is asked; raises UnknownIdError, NameConflictError and MessageError."""
     snapshot = scope.snapshot
-    robots = snapshot.robots.planning(snapshot.query.snapshot)
+    robots = snapshot.robots.planning(snapshot.query.snapshot, snapshot.bases)
     for frame in scope.options.configurations[0]:
         if frame in robots.link_frames:
             raise MessageError(

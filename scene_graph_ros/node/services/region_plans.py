@@ -125,7 +125,7 @@ def plan(
             "with_trajectory must be true for the planner 'regions', and limits say how fast the"
             " joints may be"
         )
-    robots = snapshot.robots.planning(core)
+    robots = snapshot.robots.planning(core, snapshot.bases)
     wanted = checked_goal(request, robots, robots.present(snapshot.positions), limit)
     rules = rules_from_msg(request.regions, "regions")
     require(
@@ -214,7 +214,9 @@ def _check_ends(
 ) -> None:
     """Raise NoPlanError where start or goal are not free, or beyond limits."""
     ends = np.stack([work.wanted.start, goal])
-    first, last = find_troubles(checker, ends, checker.tolerance, new_stop())
+    moves = np.zeros(ends.shape[1], dtype=np.bool_)
+    moves[work.wanted.moving] = True
+    first, last = find_troubles(checker, ends, checker.tolerance, new_stop(), moves=moves)
     if first is not None:
         raise NoPlanError(first.of_start.value, f"the start {first.words}")
     if last is not None:

@@ -7,8 +7,8 @@ from typing import Any
 from msg_adapters.properties import role_from_msg
 from msg_adapters.scene import frames_to_msg, geometries_to_msg, source_to_msg
 from scene_graph_ros.node.services.queries import QueryScope
-from scene_graph_ros.node.world.intake import UNSTAMPED
 from scene_graph_ros.node.world.scene import SourceRecord
+from scene_graph_ros.node.world.world import STATIC
 
 __all__ = ["describe"]
 
@@ -48,10 +48,15 @@ def _describe_sources(response: Any, scope: QueryScope, records: list[SourceReco
             pose_topic=pose_topics.get(record.name, ""),
             pose_type=record.pose_type,
             configuration_topic=configuration_topics.get(record.name, ""),
-            stamp_ns=max(snapshot.source_stamps.get(record.name, UNSTAMPED), 0),
+            stamp_ns=_shown(snapshot.source_stamp(record.name)),
         )
         for record in records
     ]
+
+
+def _shown(stamp: int) -> int:
+    """Return a stamp as answers say it: 0 where no message was heard, or none is needed."""
+    return 0 if stamp == STATIC else max(stamp, 0)
 
 
 def _describe_geometry(

@@ -35,6 +35,7 @@ from scene_graph_ros.node.services.queries import QUERIES, QueryScope
 from scene_graph_ros.node.services.request_counts import RequestCounts
 from scene_graph_ros.node.services.waiting import PendingAnswer, PoseRequirement, Waiting
 from scene_graph_ros.node.world.edits import EDITS, Tools
+from scene_graph_ros.node.world.intake import UNSTAMPED
 from scene_graph_ros.node.world.scene import Edit
 from scene_graph_ros.node.world.world import World, WorldSnapshot
 
@@ -308,6 +309,13 @@ def _details(error: Exception) -> str:
 
 
 def _stale(requirement: PoseRequirement, snapshot: WorldSnapshot) -> StaleError:
-    lag = (requirement.stamp - snapshot.stamp) * 1e-9
+    name, stamp = requirement.oldest(snapshot)
     waited = f", after {requirement.seconds:.3f} s of waiting" if requirement.seconds > 0.0 else ""
-    return StaleError(f"minimal_stamp is {lag:.6f} s newer than the newest poses{waited}")
+    of = f" of {quoted(name)}" if name else ""
+    if stamp == UNSTAMPED:
+        record = snapshot.records.get(name)
+        silent = () if record is None or record.motion is None else record.motion.silent()
+        why = f": nobody says where {quoted(list(silent))} are" if silent else ""
+        return StaleError(f"no poses{of} have come that minimal_stamp asks for{why}{waited}")
+    lag = (requirement.stamp - stamp) * 1e-9
+    return StaleError(f"minimal_stamp is {lag:.6f} s newer than the newest poses{of}{waited}")

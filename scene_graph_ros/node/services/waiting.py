@@ -12,6 +12,8 @@ import threading
 import time
 from typing import Any
 
+from scene_graph_ros.geometry.errors import SceneGraphError
+from scene_graph_ros.node.world.intake import UNSTAMPED
 from scene_graph_ros.node.world.world import World, WorldSnapshot
 
 __all__ = ["PendingAnswer", "PoseRequirement", "Waiting"]
@@ -19,7 +21,10 @@ __all__ = ["PendingAnswer", "PoseRequirement", "Waiting"]
 
 @dataclass(frozen=True)
 class PoseRequirement:
-    """The poses that a request needs: as new as ``stamp`` (ns), of ``sources`` or of any."""
+    """The poses that a request needs: as new as ``stamp`` (ns), of ``sources`` or of any.
+
+    ``sources`` are names of sources, or of frames as ``source/frame``.
+    """
 
     stamp: int
     sources: tuple[str, ...]
@@ -29,8 +34,23 @@ class PoseRequirement:
         """Tell whether a snapshot is new enough."""
         if not self.sources:
             return snapshot.stamp >= self.stamp
-        stamps = snapshot.source_stamps
-        return all(stamps.get(source, 0) >= self.stamp for source in self.sources)
+        return all(self._age(snapshot, name) >= self.stamp for name in self.sources)
+
+    @staticmethod
+    def _age(snapshot: WorldSnapshot, name: str) -> int:
+        if "/" not in name:
+            return snapshot.source_stamp(name)
+        try:
+            return snapshot.frame_stamp(name)
+        except SceneGraphError:  # it was removed meanwhile
+            return UNSTAMPED
+
+    def oldest(self, snapshot: WorldSnapshot) -> tuple[str, int]:
+        """Return what is the oldest of all that is needed, and its stamp."""
+        if not self.sources:
+            return "", snapshot.stamp
+        stamp, name = min((self._age(snapshot, name), name) for name in self.sources)
+        return name, stamp
 
 
 @dataclass(eq=False)

@@ -17,9 +17,9 @@ from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.spatial.poses import compose, inverse
-from scene_graph_ros.node.world.scene import Attachment, Edit
+from scene_graph_ros.node.world.scene import Attachment, Edit, SourceRecord
 
-__all__ = ["attach_frame", "detach_frame"]
+__all__ = ["attach_frame", "detach_frame", "let_go_of"]
 
 
 def attach_frame(request: Any, response: Any, edit: Edit) -> None:
@@ -56,9 +56,23 @@ def detach_frame(request: Any, response: Any, edit: Edit) -> None:
     """Answer DetachFrame: the frame hangs on what it did before, and stays where it is."""
     record = edit.owner(request.source.name, request.source.token)
     frame = _frame(request, edit)
-    known = edit.attachments.pop(frame, None)
-    if known is None:
+    if frame not in edit.attachments:
         raise UnknownIdError(f"frame: {quoted(request.frame)} is not attached to a link")
+    response.pose = pose_to_msg(_detach(edit, record, frame))
+
+
+def let_go_of(edit: Edit, robot: SourceRecord) -> None:
+    """Detach all that a robot's links carry, which stays where it is: the robot goes."""
+    inspector = edit.scene_graph.model_inspector()
+    own = set(robot.robot.link_frames.values())
+    sources = {record.id: record for record in edit.records.values()}
+    for frame in [f for f in edit.attachments if inspector.get_parent_frame(f) in own]:
+        _detach(edit, sources[inspector.get_owning_source_id(frame)], frame)
+
+
+def _detach(edit: Edit, record: SourceRecord, frame: FrameId) -> Any:
+    """Hang a frame on what it hung before; return where it stays, X_WF."""
+    known = edit.attachments.pop(frame)
     inspector, moment = edit.scene_graph.model_inspector(), edit.moment
     assert moment is not None
     frames, geometries = inspector.get_all_frame_ids(), set(inspector.get_all_geometry_ids())
@@ -68,7 +82,7 @@ def detach_frame(request: Any, response: Any, edit: Edit) -> None:
     there = tuple(pair for pair in known.pairs if geometries.issuperset(pair))
     _filter(edit, there, is_filtered=False)
     _put(edit, frame, compose(inverse(moment.pose_in_world(parent)), X_WF))
-    response.pose = pose_to_msg(X_WF)
+    return X_WF
 
 
 class _Links:

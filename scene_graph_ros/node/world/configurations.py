@@ -6,6 +6,7 @@ Imported where a source has deformable geometry.
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Mapping
 import threading
 
 import numpy as np
@@ -37,11 +38,14 @@ def accept_configurations(
     *,
     intake: Intake,
     world_frame: str,
+    is_static: bool = False,
 ) -> int:
     """Take the valid configurations of ``batch`` into ``deformables``; return how many.
 
-    What is wrong is counted and warned about by ``intake``, and changes nothing.
+    What is wrong is counted and warned about by ``intake``, and changes nothing. What
+    ``is_static`` is never too old.
     """
+    limits = limits.of_static() if is_static else limits
     if batch.frame_id not in ("", world_frame):
         detail = f"positions are given in {quoted(batch.frame_id)}, not in {quoted(world_frame)}"
         intake.fault(Fault.WRONG_PARENT, "", detail, max(len(batch.names), 1))
@@ -97,6 +101,8 @@ def _stranger(name: str, deformables: SourceDeformables) -> tuple[Fault, str]:
 class ConfigurationChannel(SourceChannel[Kept, SourceDeformables]):
     """The configuration topic of one source."""
 
+    noun = "configurations"
+
     def __init__(self, record: SourceRecord, intake: Intake, world_frame: str) -> None:
         super().__init__(record, intake, DeformableConfigurations)
         self._world_frame = world_frame
@@ -104,19 +110,19 @@ class ConfigurationChannel(SourceChannel[Kept, SourceDeformables]):
         self._kept: deque[Kept] = deque()
 
     @property
-    def wanted_topic(self) -> str:
+    def wanted_topics(self) -> Mapping[str, bool]:
         """Name of the topic, before namespaces and remapping."""
-        return configuration_topic(self.record)
+        return {configuration_topic(self.record): False}
 
-    def store(self, data: bytes, arrival: int) -> None:
+    def store(self, data: bytes, arrival: int, *, is_static: bool = False) -> None:
         """Keep a message that arrived at a steady time (ns)."""
         statistics = self.intake.statistics
-        statistics.arrived(arrival)
+        statistics.arrived(arrival, is_static=is_static)
         with self._lock:
             if len(self._kept) == _QUEUED:
                 self._kept.popleft()
                 statistics.superseded += 1
-            self._kept.append(Kept(data, arrival))
+            self._kept.append(Kept(data, arrival, is_static))
 
     def take(self) -> list[Kept]:
         """Take all messages that were kept, oldest first."""
@@ -137,4 +143,5 @@ class ConfigurationChannel(SourceChannel[Kept, SourceDeformables]):
             limits,
             intake=self.intake,
             world_frame=self._world_frame,
+            is_static=kept.is_static,
         )

@@ -1,62 +1,38 @@
-"""Pose topics: one subscription per source; messages stay bytes until the next update.
+"""Topics that move sources: one channel for each that a source has of a kind.
 
-Of messages with the same names, and the same of all else but stamps and numbers, only the newest
-is read; messages with other names are read beside it, so that partial ones are never lost. They
-are read by the layout of their bytes where that is known, else by the ordinary deserializer.
+Messages stay bytes until the next update.
 """
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
 import importlib
-import threading
 from typing import Any
 
 from rclpy.node import Node
-from rclpy.serialization import serialize_message
 
 from msg_adapters.errors import MessageError, UnavailableError
-from msg_adapters.poses import (
-    JointBatch,
-    joints_from_msg,
-    PoseBatch,
-    poses_from_multi_dof_joint_state,
-    poses_from_pose_stamped,
-    poses_from_tf,
-    poses_from_transform_stamped,
-)
-from msg_adapters.wire.poses import Layout, PoseWire
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.node.runtime.loop import OwnThreadGroup
-from scene_graph_ros.node.runtime.names import POSE_TOPICS
-from scene_graph_ros.node.world.intake import (
-    Fault,
-    Intake,
-    SourceFrames,
-    TimeLimits,
-)
-from scene_graph_ros.node.world.message_sizes import most_bytes
+from scene_graph_ros.node.runtime.names import BASE_TYPES, POSE_TOPICS
+from scene_graph_ros.node.world.intake import Intake, SourceFrames
+from scene_graph_ros.node.world.queued_channel import QUEUED, QueuedChannel
 from scene_graph_ros.node.world.scene import SourceRecord
-from scene_graph_ros.node.world.source_channel import Inputs, Kept, SourceChannel
-from scene_graph_ros.node.world.source_topics import pose_topic
+from scene_graph_ros.node.world.source_channel import Inputs
+from scene_graph_ros.node.world.source_topics import (
+    base_topic,
+    DEFAULT_POSE_TYPE,
+    joint_pose_topic,
+    JOINT_STATE,
+    TF,
+)
 from scene_graph_ros.node.world.world import World
 
-__all__ = ["TF", "Channel", "PoseInputs", "message_type"]
+__all__ = ["BASE_POSES", "JOINT_POSES", "POSES", "PoseInputs", "make_channel", "message_type"]
 
-_QUEUED = 64
-"""Messages of unknown layout kept per source; also how many the middleware may hold."""
-
-_QUEUED_BYTES = 1 << 18
-"""Their bytes together, unless one has more: to read them takes a tenth of a second."""
-
-_UNSORTED_BYTES = 1 << 22
-"""Bytes that may arrive of a source before those that need not be read are dropped."""
-
-JOINT_STATE = "sensor_msgs/msg/JointState"
-POSE_STAMPED = "geometry_msgs/msg/PoseStamped"
-TF = "tf2_msgs/msg/TFMessage"
+POSES = "poses"
+BASE_POSES = "base poses"
+JOINT_POSES = "joint poses"
 
 
 def message_type(name: str) -> Any:
@@ -65,7 +41,7 @@ def message_type(name: str) -> Any:
     Raises MessageError for a type that is no pose input, UnavailableError where its package is
     not installed.
     """
-    if name not in POSE_TOPICS:
+    if name not in POSE_TOPICS and name not in BASE_TYPES:
         known = ", ".join(POSE_TOPICS)
         raise MessageError(f"pose_type must be one of {known}, not {quoted(name)}")
     package, _, kind = name.split("/")
@@ -75,237 +51,72 @@ def message_type(name: str) -> Any:
         raise UnavailableError(f"{package} is not installed, so no {name} can be read") from error
 
 
-@dataclass(eq=False, slots=True)
-class _Reading(Kept):
-    """A message whose layout was looked for; None where it is not known."""
+def make_channel(
+    noun: str, record: SourceRecord, warn: Callable[[str], None], world_frame: str
+) -> QueuedChannel:
+    """Make what reads a source's POSES, BASE_POSES or JOINT_POSES.
 
-    layout: Layout | None
-    is_good: bool | None = None
-    """Whether there is nothing against any of its numbers; None before it was looked at."""
+    Imports what reads messages of the type. Raises UnavailableError where the type is not there.
+    """
+    if noun == JOINT_POSES:
+        from scene_graph_ros.node.world.joint_pose_channel import JointPoseChannel
 
-    def is_clean(self) -> bool:
-        """Tell whether its layout is known, and nothing is against any of its numbers."""
-        if self.is_good is None:
-            self.is_good = self.layout is not None and self.layout.is_clean(self.data)
-        return self.is_good
+        kind = message_type(DEFAULT_POSE_TYPE)
+        return JointPoseChannel(record, Intake(record.name, warn), kind, world_frame)
+    type_name = record.pose_type if noun == POSES else record.robot.moving_base.type or TF
+    kind = message_type(type_name)
+    intake = Intake(record.name, warn, unknown_is_normal=type_name == TF)
+    if noun == BASE_POSES:
+        from scene_graph_ros.node.world.base_channel import BaseChannel, TfBaseChannel
 
+        if type_name == TF:
+            return TfBaseChannel(record, intake, kind)
+        return BaseChannel(record, intake, kind, world_frame)
+    if type_name == TF:
+        from scene_graph_ros.node.world.tf_channel import TfChannel
 
-class _ToRead:
-    """Which of some messages are to be read: those that no other one supersedes."""
+        return TfChannel(record, intake, kind)
+    if type_name == JOINT_STATE:
+        from scene_graph_ros.node.world.joint_channel import JointChannel
 
-    def __init__(self, supersedes: Callable[[_Reading, _Reading], bool]) -> None:
-        self._supersedes = supersedes
-        self._newest: dict[Layout, _Reading] = {}
-        self._loose: deque[_Reading] = deque()
-        self._loose_bytes = 0
-        self.readings: dict[_Reading, None] = {}
-        self.dropped = 0
+        return JointChannel(record, intake, kind)
+    from scene_graph_ros.node.world.pose_channel import PoseChannel
 
-    def add(self, reading: _Reading) -> None:
-        """Take a message, which came after the others."""
-        layout = reading.layout
-        if layout is not None:
-            older = self._newest.get(layout)
-            if older is None or self._supersedes(reading, older):
-                self._newest[layout] = reading
-                if older is not None:
-                    self._drop(older)
-                self.readings[reading] = None
-                return
-        # Not known, faulty or out of order: to be looked at for itself.
-        self._make_room(len(reading.data))
-        self._loose.append(reading)
-        self._loose_bytes += len(reading.data)
-        self.readings[reading] = None
-
-    def _make_room(self, size: int) -> None:
-        """Drop the oldest messages of unknown layout that are too many, or too long together."""
-        while self._loose and (
-            len(self._loose) == _QUEUED or self._loose_bytes + size > _QUEUED_BYTES
-        ):
-            oldest = self._loose.popleft()
-            self._loose_bytes -= len(oldest.data)
-            self._drop(oldest)
-
-    def _drop(self, reading: _Reading) -> None:
-        del self.readings[reading]
-        self.dropped += 1
+    return PoseChannel(record, intake, kind)
 
 
-class Channel(SourceChannel[_Reading, SourceFrames]):
-    """The pose topic of one source."""
-
-    def __init__(self, record: SourceRecord, intake: Intake, kind: Any) -> None:
-        super().__init__(record, intake, kind)
-        self._wire = PoseWire(record.pose_type, serialize_message, self._deserialize)
-        self._lock = threading.Lock()
-        self._begin()
-        self._frames: SourceFrames | None = None
-        self._only_names: tuple[str, ...] = ()
-        self._only_names_of: SourceFrames | None = None
-        self._link_frames: tuple[str, ...] = ()
-        self._link_frames_of: SourceFrames | None = None
-
-    def _begin(self) -> None:
-        """Have no messages, and room for some."""
-        self._kept: list[Kept] = []
-        self._bytes = 0
-        self._most, self._most_bytes = _QUEUED, _UNSORTED_BYTES
-
-    @property
-    def wanted_topic(self) -> str:
-        """Name of the topic, before namespaces and remapping."""
-        return pose_topic(self.record)
-
-    def store(self, data: bytes, arrival: int) -> None:
-        """Keep a message that arrived at a steady time (ns); it is looked at in the update."""
-        self.intake.statistics.arrived(arrival)
-        with self._lock:
-            self._kept.append(Kept(data, arrival))
-            self._bytes += len(data)
-            if len(self._kept) >= self._most or self._bytes > self._most_bytes:
-                self._drop_superseded()
-
-    def _drop_superseded(self) -> None:
-        """Keep what is worth reading alone, and have room for as many more."""
-        self._kept = list(self._worth_reading(self._kept))
-        self._bytes = sum(len(message.data) for message in self._kept)
-        self._most = max(_QUEUED, 2 * len(self._kept))
-        self._most_bytes = max(_UNSORTED_BYTES, 2 * self._bytes)
-
-    def take(self) -> list[Kept]:
-        """Take all messages that were kept, oldest first."""
-        with self._lock:
-            taken = self._kept
-            if taken:
-                self._begin()
-        return taken
-
-    def _worth_reading(self, kept: list[Kept]) -> list[_Reading]:
-        """Return which messages are to be read, and count the others."""
-        if len(kept) == 1:
-            return [self._reading(kept[0])]
-        to_read = _ToRead(self._supersedes)
-        for message in kept:
-            to_read.add(self._reading(message))
-        self.intake.statistics.superseded += to_read.dropped
-        return list(to_read.readings)
-
-    def _reading(self, message: Kept) -> _Reading:
-        if isinstance(message, _Reading):
-            return message
-        return _Reading(message.data, message.arrival, self._wire.find(message.data))
-
-    def _supersedes(self, newer: _Reading, older: _Reading) -> bool:
-        """Tell whether nothing is lost without ``older``, which has the same layout.
-
-        A faulty message is not dropped, so that it is counted, and drops nothing, so that the
-        good poses before it hold.
-        """
-        layout, frames = newer.layout, self._frames
-        assert layout is not None
-        if frames is None or 0 < layout.stamp(newer.data) < layout.stamp(older.data):
-            return False
-        return self._takes_all(layout, frames) and newer.is_clean() and older.is_clean()
-
-    def _takes_all(self, layout: Layout, frames: SourceFrames) -> bool:
-        if self.record.pose_type == JOINT_STATE:
-            return set(layout.names) <= set(self.record.robot.kinematics.joint_names)
-        if self.record.pose_type == POSE_STAMPED and len(frames.names) != 1:
-            return False
-        return self.intake.takes_all(self._names(layout, frames), layout.parents, frames)
-
-    def _apply_one(self, kept: _Reading, frames: SourceFrames, limits: TimeLimits) -> int:
-        self._frames = frames
-        layout, data = kept.layout, kept.data
-        if layout is None or not layout.has_times(data):
-            return self._apply_message(data, frames, limits)
-        if self.record.pose_type == JOINT_STATE:
-            return self._apply_joints(layout.joints(data), frames, limits)
-        names = self._names(layout, frames)
-        applied = self.intake.accept_bytes(data, layout, names, frames, limits)
-        if applied is None:
-            applied = self.intake.accept(layout.poses(data, names), frames, limits)
-        return applied
-
-    def _names(self, layout: Layout, frames: SourceFrames) -> tuple[str, ...]:
-        """Return the names of the frames that a message moves."""
-        if self.record.pose_type != POSE_STAMPED:
-            return layout.names
-        if frames is not self._only_names_of:
-            self._only_names, self._only_names_of = _only_frame(frames), frames
-        return self._only_names
-
-    def _apply_message(self, data: bytes, frames: SourceFrames, limits: TimeLimits) -> int:
-        """Read a message the ordinary way, and learn from it."""
-        robot = self.record.robot
-        known = frames.names if robot is None else robot.kinematics.joint_names
-        message = self._read(data, most_bytes(len(known)))
-        if self.record.pose_type == JOINT_STATE:
-            applied = self._apply_joints(joints_from_msg(message), frames, limits)
-        else:
-            applied = self.intake.accept(self._poses(message, frames), frames, limits)
-        self._wire.learn(data, message)
-        return applied
-
-    def _poses(self, message: Any, frames: SourceFrames) -> PoseBatch:
-        match self.record.pose_type:
-            case "sensor_msgs/msg/MultiDOFJointState":
-                return poses_from_multi_dof_joint_state(message)
-            case "geometry_msgs/msg/TransformStamped":
-                return poses_from_transform_stamped(message)
-            case "geometry_msgs/msg/PoseStamped":
-                return poses_from_pose_stamped(message, *_only_frame(frames))
-        return poses_from_tf(message)
-
-    def _apply_joints(self, joints: JointBatch, frames: SourceFrames, limits: TimeLimits) -> int:
-        for refused in joints.refused:
-            self.intake.fault(Fault.NOT_FINITE, refused.name, refused.message)
-        if not joints.names or not self.intake.in_time(joints.stamp_ns, frames, limits):
-            return 0
-        kinematics = self.record.robot.kinematics
-        links, X_PL = kinematics.link_poses(joints.names, joints.positions)
-        for name in kinematics.unknown_joints:
-            self.intake.fault(Fault.UNKNOWN_FRAME, name, "the robot has no such joint")
-        if frames is not self._link_frames_of:
-            self._link_frames = _frame_names(self.record.robot, links, frames)
-            self._link_frames_of = frames
-        return self.intake.accept_poses(self._link_frames, X_PL, joints.stamp_ns, frames, limits)
+_IS_WANTED: dict[str, Callable[[SourceRecord], object]] = {
+    POSES: lambda record: record.pose_type,
+    BASE_POSES: base_topic,
+    JOINT_POSES: joint_pose_topic,
+}
 
 
-def _only_frame(frames: SourceFrames) -> tuple[str]:
-    if len(frames.names) != 1:
-        raise MessageError(
-            f"PoseStamped moves a source with one frame; {quoted(frames.source)} has "
-            f"{len(frames.names)}: {quoted(list(frames.names))}"
-        )
-    return (frames.names[0],)
-
-
-def _frame_names(robot: Any, links: Sequence[str], frames: SourceFrames) -> tuple[str, ...]:
-    """Return the name of each link's frame, that of the link where the frame was removed."""
-    rows = [frames.row_of_id.get(robot.link_frames[link]) for link in links]
-    return tuple(
-        link if row is None else frames.names[row] for link, row in zip(links, rows, strict=True)
-    )
-
-
-class PoseInputs(Inputs[Channel]):
-    """All pose subscriptions of the node."""
+class PoseInputs(Inputs[QueuedChannel]):
+    """All subscriptions of the node to one of POSES, BASE_POSES and JOINT_POSES."""
 
     def __init__(
-        self, node: Node, world: World, group: OwnThreadGroup, on_change: Callable[[], None]
+        self,
+        node: Node,
+        world: World,
+        group: OwnThreadGroup,
+        on_change: Callable[[], None],
+        noun: str = POSES,
     ) -> None:
-        """Call ``on_change`` when a subscription is replaced by another."""
-        super().__init__(node, world, group, on_change, noun="poses", queued=_QUEUED)
+        """Call ``on_change`` when there is another subscription."""
+        super().__init__(node, world, group, on_change, noun=noun, queued=QUEUED)
 
-    def _wanted(self) -> list[str]:
-        return [name for name, r in self._world.snapshot.records.items() if r.pose_type]
+    def forget(self, after: int) -> None:
+        """Forget what channels keep that is stamped later (ns): the clock jumped back."""
+        for channel in self.channels:
+            channel.forget(after)
+
+    def _wanted(self) -> Iterable[str]:
+        records, is_wanted = self._world.snapshot.records, _IS_WANTED[self.noun]
+        return [name for name, record in records.items() if is_wanted(record)]
 
     def _target(self, name: str) -> SourceFrames:
         return self._world.frames(name)
 
-    def _make(self, record: SourceRecord) -> Channel:
-        kind = message_type(record.pose_type)
-        is_tf = record.pose_type == TF
-        return Channel(record, Intake(record.name, self._warn, unknown_is_normal=is_tf), kind)
+    def _make(self, record: SourceRecord) -> QueuedChannel:
+        return make_channel(self.noun, record, self._warn, self._world.world_frame)

@@ -15,17 +15,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from msg_adapters.poses import PoseBatch, PoseFault
+from msg_adapters.poses import PoseBatch, PoseFault, RefusedPose
 from msg_adapters.stamps import EARLIEST, LATEST
 from msg_adapters.wire.poses import Layout
 from scene_graph_ros.geometry.quoting import quoted
-from scene_graph_ros.geometry.spatial.pose_kernels import check_poses, VALID
 from scene_graph_ros.geometry.spatial.record_kernels import (
     EARLY,
     IN_TIME,
     judge_time,
     judge_times,
-    latest,
     OUT_OF_ORDER,
 )
 
@@ -62,12 +60,13 @@ class Fault(enum.Enum):
     UNKNOWN_FRAME = "unknown_frame"
     WRONG_SOURCE = "wrong_source"
     WRONG_PARENT = "wrong_parent"
+    CONTRADICTORY = "contradictory"
     UNKNOWN_GEOMETRY = "unknown_geometry"
     WRONG_LENGTH = "wrong_length"
 
 
 _OF_CONFIGURATIONS_ALONE = {Fault.UNKNOWN_GEOMETRY, Fault.WRONG_LENGTH}
-_OF_POSES_ALONE = {Fault.NOT_UNIT, Fault.UNKNOWN_FRAME}
+_OF_POSES_ALONE = {Fault.NOT_UNIT, Fault.UNKNOWN_FRAME, Fault.CONTRADICTORY}
 POSE_FAULTS = tuple(fault for fault in Fault if fault not in _OF_CONFIGURATIONS_ALONE)
 CONFIGURATION_FAULTS = tuple(fault for fault in Fault if fault not in _OF_POSES_ALONE)
 
@@ -76,6 +75,7 @@ _FAULTS = {
     PoseFault.NOT_FINITE: Fault.NOT_FINITE,
     PoseFault.FAR_AWAY: Fault.NOT_FINITE,
     PoseFault.NOT_UNIT_QUATERNION: Fault.NOT_UNIT,
+    PoseFault.CONTRADICTORY: Fault.CONTRADICTORY,
 }
 
 
@@ -98,6 +98,10 @@ class TimeLimits(NamedTuple):
         earliest = max(now - max_age, EARLIEST) if max_age > 0 else EARLIEST
         return now, earliest, min(now + max_lead, LATEST)
 
+    def of_static(self) -> TimeLimits:
+        """Return the limits of what is static, which is never too old."""
+        return self._replace(max_age=0)
+
     def problem(self, stamp: int, newest: int) -> tuple[Fault, str] | None:
         """Say what is wrong with a pose that would replace one of ``newest``, or return None.
 
@@ -111,20 +115,25 @@ class TimeLimits(NamedTuple):
         """Say what `judge_time` has against a stamp, as `problem` does."""
         if status == OUT_OF_ORDER:
             earlier = (newest - stamp) * 1e-9
-            return Fault.OUT_OF_ORDER, f"is stamped {earlier:.3f} s before what it would replace"
+            return Fault.OUT_OF_ORDER, (
+                f"is stamped {earlier:.3f} s before what it would replace; stamps of the same "
+                "thing must not go back"
+            )
         if self.now <= 0:
             return Fault.FUTURE, f"stamped {stamp} ns is later than any message can say"
         lag = f"stamped {(self.now - stamp) * 1e-9:.3f} s ago is "
         if status == EARLY:
-            return Fault.STALE, lag + "older than max_pose_age"
-        return Fault.FUTURE, lag + "stamped beyond max_pose_lead in the future"
+            return Fault.STALE, lag + f"older than max_pose_age, {self.max_age * 1e-9:g} s"
+        lead = f"stamped {(stamp - self.now) * 1e-9:.3f} s in the future is "
+        return Fault.FUTURE, lead + f"beyond max_pose_lead, {self.max_lead * 1e-9:g} s"
 
 
 @dataclass
 class SourceFrames:
     """The frames of one source in registration order, with their newest poses.
 
-    ``X_PF`` is ``(n, 4, 4)``; ``stamps`` ``(n,)`` nanoseconds. Frames with ids in ``attached`` are
+    ``X_PF`` is ``(n, 4, 4)``; ``stamps`` ``(n,)`` nanoseconds; ``is_static`` ``(n,)`` tells what
+    never gets old, none at first. Frames with ids in ``attached`` are
     carried by a link: their poses count only where they say that they are in it. ``foreign`` maps
     names of other sources' frames to the source that owns them.
     """
@@ -135,12 +144,15 @@ class SourceFrames:
     parents: tuple[str, ...]
     X_PF: np.ndarray
     stamps: np.ndarray
+    is_static: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
     foreign: dict[str, str] = field(default_factory=dict)
     attached: frozenset[Any] = frozenset()
     rows: dict[str, int] = field(init=False)
     row_of_id: dict[Any, int] = field(init=False)
 
     def __post_init__(self) -> None:
+        if len(self.is_static) != len(self.names):
+            self.is_static = np.zeros(len(self.names), dtype=np.bool_)
         self.rows = {name: row for row, name in enumerate(self.names)}
         self.row_of_id = {frame_id: row for row, frame_id in enumerate(self.ids)}
 
@@ -154,13 +166,19 @@ class Statistics:
         self.applied_messages = 0
         self.applied_poses = 0
         self.faults: Counter[Fault] = Counter()
+        self.first_arrival: int | None = None
         self.last_arrival: int | None = None
+        self.is_static = False
+        """Whether the newest message was static: of who does not send again."""
         self._arrivals: deque[int] = deque(maxlen=200)
 
-    def arrived(self, now: int) -> None:
+    def arrived(self, now: int, *, is_static: bool = False) -> None:
         """Count a message that came at steady time ``now``."""
         self.received += 1
+        self.is_static = is_static
         self.last_arrival = now
+        if self.first_arrival is None:
+            self.first_arrival = now
         self._arrivals.append(now)
 
     def rate(self, now: int, window: float = 2.0) -> float:
@@ -217,8 +235,13 @@ class Intake:
         self._unknown_is_normal = unknown_is_normal
         self._plans: dict[int, _Plan] = {}
 
-    def fault(self, fault: Fault, frame: str, detail: str, count: int = 1) -> None:
-        """Count ``count`` poses of ``frame`` as faulty, and warn where that is new."""
+    def fault(
+        self, fault: Fault, frame: str, detail: str, count: int = 1, *, noun: str = ""
+    ) -> None:
+        """Count ``count`` poses of ``frame`` as faulty, and warn where that is new.
+
+        ``noun`` is what ``frame`` names where that is another thing than usual.
+        """
         self.statistics.faults[fault] += count
         if len(self._warned) >= _WARNINGS_KEPT:
             return
@@ -226,15 +249,32 @@ class Intake:
         if (fault, name) in self._warned:
             return
         self._warned.add((fault, name))
-        where = f"source {quoted(self.source)}" + (f", {self._noun} {name}" if frame else "")
+        where = f"source {quoted(self.source)}" + (
+            f", {noun or self._noun} {name}" if frame else ""
+        )
         self._warn(f"{where}: {detail} ({fault.value}; counted, warned about once)")
         if len(self._warned) == _WARNINGS_KEPT:
             self._warn(f"source {quoted(self.source)}: further faults are only counted")
 
-    def accept(self, batch: PoseBatch, frames: SourceFrames, limits: TimeLimits) -> int:
-        """Write the valid poses of ``batch`` into ``frames`` and return how many there were."""
+    def refused(self, pose: RefusedPose, *, noun: str = "") -> None:
+        """Count a pose or a position that is no good by itself."""
+        self.fault(_FAULTS[pose.fault], pose.name, pose.message, noun=noun)
+
+    def accept(
+        self,
+        batch: PoseBatch,
+        frames: SourceFrames,
+        limits: TimeLimits,
+        *,
+        is_static: bool = False,
+    ) -> int:
+        """Write the valid poses of ``batch`` into ``frames`` and return how many there were.
+
+        Those that are ``is_static`` are never too old.
+        """
+        limits = limits.of_static() if is_static else limits
         for refused in batch.refused:
-            self.fault(_FAULTS[refused.fault], refused.name, refused.message)
+            self.refused(refused)
         plan = self._plan(batch.names, batch.parents, frames)
         stamps = batch.stamps_ns.copy()
         for index in plan.strangers:
@@ -250,10 +290,10 @@ class Intake:
         valid = plan.usable & self._in_time(plan, stamps, limits)
         if valid.all():
             rows = slice(None) if plan.covers_all else plan.rows
-            self._store(frames, rows, batch.X_PF, stamps)
+            self._store(frames, rows, batch.X_PF, stamps, is_static)
         else:
             chosen = np.flatnonzero(valid)
-            self._store(frames, plan.rows[chosen], batch.X_PF[chosen], stamps[chosen])
+            self._store(frames, plan.rows[chosen], batch.X_PF[chosen], stamps[chosen], is_static)
         return int(np.count_nonzero(valid))
 
     def accept_bytes(
@@ -263,6 +303,8 @@ class Intake:
         names: tuple[str, ...],
         frames: SourceFrames,
         limits: TimeLimits,
+        *,
+        is_static: bool = False,
     ) -> int | None:
         """Write the poses of a message, of frames called ``names``, where all are valid.
 
@@ -270,51 +312,14 @@ class Intake:
         each pose for itself.
         """
         plan = self._plan(names, layout.parents, frames)
+        limits = limits.of_static() if is_static else limits
         if not plan.takes_all or not layout.place_poses(
             data, plan.rows, limits.bounds(), frames.X_PF, frames.stamps
         ):
             return None
-        self._count(len(names))
+        frames.is_static[plan.rows] = is_static
+        self.count(len(names))
         return len(names)
-
-    def accept_poses(
-        self,
-        names: tuple[str, ...],
-        X_PF: np.ndarray,
-        stamp: int,
-        frames: SourceFrames,
-        limits: TimeLimits,
-    ) -> int:
-        """Write poses that the node computed itself, of frames it knows, if `in_time` allowed it.
-
-        One that is nowhere is reason to leave them all: they depend on each other.
-        """
-        parents, stamp = ("",) * len(names), stamp or limits.now
-        plan = self._plan(names, parents, frames)
-        row, status = check_poses(X_PF)
-        if status != VALID:
-            where = X_PF[row, :3, 3].tolist()
-            self.fault(Fault.NOT_FINITE, names[row], f"the robot's joints place it at {where}")
-            return 0
-        if plan.takes_all and stamp >= latest(frames.stamps):
-            rows = slice(None) if plan.covers_all else plan.rows
-            frames.X_PF[rows], frames.stamps[rows] = X_PF, stamp
-            self._count(len(names))
-            return len(names)
-        stamps = np.full(len(names), stamp, dtype=np.int64)
-        return self.accept(PoseBatch(names, parents, stamps, X_PF, ()), frames, limits)
-
-    def in_time(self, stamp: int, frames: SourceFrames, limits: TimeLimits) -> bool:
-        """Tell whether a whole message of one stamp may be applied, and count it where not.
-
-        For messages whose parts depend on each other, as joint positions do.
-        """
-        if stamp == 0:
-            return True
-        problem = limits.problem(stamp, latest(frames.stamps))
-        if problem is not None:
-            self.fault(problem[0], "", f"a message {problem[1]}")
-        return problem is None
 
     def _store(
         self,
@@ -322,14 +327,16 @@ class Intake:
         rows: np.ndarray | slice,
         X_PF: np.ndarray,
         stamps: np.ndarray,
+        is_static: bool,
     ) -> None:
         if stamps.size == 0:
             return
         frames.X_PF[rows] = X_PF
         frames.stamps[rows] = stamps
-        self._count(int(stamps.size))
+        frames.is_static[rows] = is_static
+        self.count(int(stamps.size))
 
-    def _count(self, poses: int) -> None:
+    def count(self, poses: int) -> None:
         """Count a message of which so many poses were applied."""
         self.statistics.applied_poses += poses
         self.statistics.applied_messages += 1

@@ -35,14 +35,17 @@ class PlanningRobots:
         context: Context,
         snapshot: Snapshot,
         paddings: Mapping[tuple[FrameId, FrameId], float],
+        bases: Mapping[str, NDArray[np.float64]],
     ) -> None:
         """Prepare for loaded robots by name; raises UnknownIdError where there is none.
 
-        ``paddings`` (m) are those of single pairs of frames, which no request's replaces.
+        ``paddings`` (m) are those of single pairs of frames, which no request's replaces;
+        ``bases`` ``(4, 4)`` where the robots stand.
         """
         if not robots:
             raise UnknownIdError("the scene has no robot to plan for")
-        diagram = RobotDiagram.of_robots(robots, scene_graph, context)
+        diagram = RobotDiagram.of_robots(robots, scene_graph, context, bases=bases)
+        self._bases = {name: X_WB.tobytes() for name, X_WB in bases.items()}
         self._checker = SceneGraphCollisionChecker(diagram, snapshot=snapshot)
         bodies = self._checker.bodies
         known = {body.frame_id for body in bodies if self._checker.is_part_of_robot(body)}
@@ -62,6 +65,12 @@ class PlanningRobots:
         self._sources = {
             name: _rows(name, robot.kinematics.position_names, self.tree.position_names)
             for name, robot in robots.items()
+        }
+
+    def fits(self, snapshot: Snapshot, bases: Mapping[str, NDArray[np.float64]]) -> bool:
+        """Tell whether the model is as it was, and all robots stand where they did."""
+        return self.model_version == snapshot.model_version and self._bases == {
+            name: X_WB.tobytes() for name, X_WB in bases.items()
         }
 
     def present(self, positions: Mapping[str, NDArray[np.float64]]) -> NDArray[np.float64]:

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
     from scene_graph_ros.geometry.model.snapshot import Snapshot
     from scene_graph_ros.geometry.perception import CameraDescription
+    from scene_graph_ros.node.world.robot_motion import RobotMotion
 
 __all__ = ["Attachment", "Edit", "Scene", "SourceRecord"]
 
@@ -38,7 +39,9 @@ __all__ = ["Attachment", "Edit", "Scene", "SourceRecord"]
 class SourceRecord:
     """What the node knows about a source beside the model: who may change it, where poses come.
 
-    ``pose_type`` "" means that no poses are read. ``robot`` computes link poses for JointState.
+    ``pose_type`` "" means that no poses are read. ``robot`` computes link poses for JointState,
+    ``motion`` has when its joints were heard. ``interpolates``: TF is composed at one time.
+    ``description`` is where a robot's description comes from, None where a file has it.
     """
 
     id: Any
@@ -48,6 +51,9 @@ class SourceRecord:
     pose_topic: str = ""
     robot: Any = None
     configuration_topic: str = ""
+    interpolates: bool = True
+    motion: RobotMotion | None = None
+    description: Any = None
 
 
 @dataclass(frozen=True)
@@ -293,3 +299,4 @@ def _bring_poses(old: SourceFrames, new: SourceFrames, rehung: frozenset[FrameId
     stays = np.array([frame_id not in rehung for frame_id in new.ids], dtype=np.bool_)
     kept = (rows >= 0) & stays
     new.X_PF[kept], new.stamps[kept] = old.X_PF[rows[kept]], old.stamps[rows[kept]]
+    new.is_static[kept] = old.is_static[rows[kept]]

@@ -7,6 +7,9 @@ import threading
 from typing import Any, TYPE_CHECKING
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from scene_graph_ros.geometry import SceneGraph
     from scene_graph_ros.geometry.model.context import Context
     from scene_graph_ros.geometry.model.ids import FrameId
@@ -32,16 +35,20 @@ class SceneRobots:
         self._lock = threading.Lock()
         self._planning: PlanningRobots | None = None
 
-    def planning(self, snapshot: Snapshot) -> PlanningRobots:
+    def planning(
+        self, snapshot: Snapshot, bases: Mapping[str, NDArray[np.float64]]
+    ) -> PlanningRobots:
         """Return what planning asks about the robots, made once for the model of ``snapshot``.
 
-        Imports planning. Raises UnknownIdError where there is no robot.
+        It is made again where a robot stands elsewhere, by its base ``(4, 4)``. Imports planning.
+        Raises UnknownIdError where there is no robot.
         """
         from scene_graph_ros.node.world.planning_robots import PlanningRobots
 
         with self._lock:
             known = self._planning
-            if known is None or known.model_version != snapshot.model_version:
+            if known is None or not known.fits(snapshot, bases):
                 about = self.robots, self.scene_graph, self.context
-                known = self._planning = PlanningRobots(*about, snapshot, self._paddings)
+                known = PlanningRobots(*about, snapshot, self._paddings, bases)
+                self._planning = known
             return known

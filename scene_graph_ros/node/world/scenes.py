@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TYPE_CHECKING
 
 from msg_adapters.errors import MessageError
+from scene_graph_ros.geometry.errors import UnknownIdError
 from scene_graph_ros.geometry.files import MAX_TEXT_BYTES, read_limited
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.located import SceneFileError
+from scene_graph_ros.node.world.robot_motion import RobotMotion
 from scene_graph_ros.node.world.scene import Edit, SourceRecord
+from scene_graph_ros.node.world.source_topics import TF
 from scene_graph_ros.node.world.world import new_token
 from scene_graph_ros.scene_files.packages import Packages, resolve_resource
 
@@ -18,6 +22,29 @@ if TYPE_CHECKING:
     from scene_graph_ros.scene_files.loaded_scene import LoadedScene
 
 __all__ = ["SceneLoader"]
+
+
+@dataclass(frozen=True)
+class Described:
+    """A robot as a text describes it, in an edit that may count."""
+
+    loaded: LoadedScene
+    description: Any
+    edit: Edit
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What was odd about the text."""
+        return self.loaded.warnings
+
+    def count(self) -> None:
+        """Take note that the edit counts."""
+        self.description.applied(self.loaded)
+
+    def poses(self) -> dict[int, list[float]]:
+        """Return the poses of frames that depend on when the edit was made, row by row."""
+        rehung = self.edit.rehung
+        return {int(f): self.edit.initial_poses[f].ravel().tolist() for f in rehung}
 
 
 class SceneLoader:
@@ -83,6 +110,28 @@ class SceneLoader:
         edit.effects_off.update(name for name, how in loaded.effects.items() if how == "off")
         return [self._record(edit, source) for source in loaded.sources.values()]
 
+    def describe(self, edit: Edit, name: str, text: str) -> Described:
+        """Have a robot of the scene become as the text of a URDF says.
+
+        Its source stays what it is, and so do positions of joints that it had before. Raises
+        SceneFileError, and what the scene graph raises; UnknownIdError where it is gone.
+        """
+        # What attaches frames is imported by those who do.
+        from scene_graph_ros.node.world.attaching import let_go_of
+
+        old = edit.records.get(name)
+        if old is None or old.description is None:
+            raise UnknownIdError(f"no source {quoted(name)} waits for a description")
+        if old.robot is not None:
+            let_go_of(edit, old)
+        edit.remove_source(old)
+        loaded = old.description.apply(edit.scene_graph, text)
+        edit.add_cameras(loaded.cameras)
+        (source,) = loaded.sources.values()
+        record = self._record(edit, source, old)
+        assert record.motion is not None
+        return Described(loaded, old.description, edit)
+
     def _load(self, edit: Edit, resource: str, text: str = "", prefix: str = "") -> LoadedScene:
         # Reading files needs pydantic and the XML readers: only where a scene is loaded.
         from scene_graph_ros.scene_files import load_scene, load_scene_text
@@ -104,20 +153,36 @@ class SceneLoader:
                 raise MessageError(f"effects: {quoted(name)} is none of {known}")
         return loaded
 
-    def _record(self, edit: Edit, source: Any) -> SourceRecord:
+    def _record(self, edit: Edit, source: Any, old: SourceRecord | None = None) -> SourceRecord:
+        """Put a source on record; ``old`` is what it was before."""
         if source.pose_type:
             self._check_pose_type(source.pose_type)
+        robot, motion = source.robot, None
+        if robot is not None:
+            if robot.moving_base is not None:
+                self._check_pose_type(robot.moving_base.type or TF)
+            motion = RobotMotion(robot, has_moving_base=robot.has_moving_base)
+            if old is not None and old.motion is not None:
+                motion.take_over(old.motion)
         record = SourceRecord(
             source.source_id,
             source.name,
-            new_token(),
+            new_token() if old is None else old.token,
             source.pose_type,
             source.pose_topic,
             source.robot,
             source.configuration_topic,
+            source.interpolates if robot is None else _interpolates(robot),
+            motion,
+            source.description,
         )
         edit.records[record.name] = record
         edit.initial_poses.update(source.initial_poses)
         if source.robot is not None:
             edit.initial_poses.update(source.robot.frame_poses())
         return record
+
+
+def _interpolates(robot: Any) -> bool:
+    """Tell whether transforms that move a robot's base are composed at one time."""
+    return robot.moving_base is None or robot.moving_base.interpolates

@@ -18,7 +18,7 @@ from msg_adapters.errors import MessageError
 from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.node.runtime.loop import OwnThreadGroup
-from scene_graph_ros.node.runtime.raw_topics import RawTopics
+from scene_graph_ros.node.runtime.raw_topics import RawTopics, Reader, TopicReaders
 from scene_graph_ros.node.world.intake import Fault, Intake, TimeLimits
 from scene_graph_ros.node.world.message_sizes import too_long
 from scene_graph_ros.node.world.scene import SourceRecord
@@ -33,6 +33,8 @@ class Kept:
 
     data: bytes
     arrival: int
+    is_static: bool
+    """Whether what it says is static: the message of who says it once."""
 
 
 K = TypeVar("K", bound=Kept)
@@ -40,22 +42,29 @@ T = TypeVar("T")
 
 
 class SourceChannel(ABC, Generic[K, T]):
-    """One topic of a source, whose messages move what the source has of one kind."""
+    """Messages of one type of a source, which move what the source has of one kind."""
+
+    noun = "poses"
+    """The word for what comes; of each source there is one channel for it."""
 
     def __init__(self, record: SourceRecord, intake: Intake, kind: Any) -> None:
         self.record = record
         self.intake = intake
         self.kind = kind
-        self.subscription: Any = None
-        self.topic = ""
+        self.readers: list[TopicReaders] = []
 
     @property
     @abstractmethod
-    def wanted_topic(self) -> str:
-        """Name of the topic, before namespaces and remapping."""
+    def wanted_topics(self) -> Mapping[str, bool]:
+        """Names of the topics, before namespaces and remapping, and whether each is static."""
+
+    @property
+    def topic(self) -> str:
+        """Absolute name of the first topic, once it is subscribed to."""
+        return self.readers[0].topic if self.readers else ""
 
     @abstractmethod
-    def store(self, data: bytes, arrival: int) -> None:
+    def store(self, data: bytes, arrival: int, *, is_static: bool = False) -> None:
         """Keep a message that arrived at a steady time (ns)."""
 
     @abstractmethod
@@ -128,16 +137,20 @@ class Channels(Generic[C]):
         on_change: Callable[[], None],
         *,
         make: Callable[[SourceRecord], C],
+        is_same: Callable[[SourceRecord, SourceRecord], bool],
         noun: str,
         queued: int,
     ) -> None:
         """Make channels for ``noun``; the middleware holds ``queued`` messages of each.
+
+        One stays while ``is_same`` tells that its source's record, and the one now, are as good.
 
         ``on_change`` is called when a subscription is replaced by another.
         """
         self._report = node.get_logger().error
         self._topics = RawTopics(node, group, on_change)
         self._make, self._noun, self._queued = make, noun, queued
+        self._is_same = is_same
         self._open: dict[str, C] = {}
         self._failures: dict[str, str] = {}
 
@@ -154,8 +167,8 @@ class Channels(Generic[C]):
     def follow(self, wanted: Mapping[str, SourceRecord]) -> None:
         """Have a channel for each of these sources, and for no other."""
         for name, channel in self.open.items():
-            if wanted.get(name) is not channel.record:
-                self._topics.unsubscribe(self._open.pop(name))
+            if name not in wanted or not self._is_same(channel.record, wanted[name]):
+                self._unsubscribe(self._open.pop(name))
         for name in self._failures.keys() - wanted.keys():
             del self._failures[name]
         for name, record in wanted.items():
@@ -166,10 +179,31 @@ class Channels(Generic[C]):
         """Unsubscribe from everything."""
         self.follow({})
 
+    def look(self) -> None:
+        """See what publishers offer that came or went since."""
+        for channel in self._open.values():
+            for readers in channel.readers:
+                self._topics.look(readers)
+
+    def _subscribe(self, channel: C) -> None:
+        try:
+            for wanted, is_static in channel.wanted_topics.items():
+                channel.readers.append(
+                    self._topics.subscribe(channel, wanted, self._queued, is_static=is_static)
+                )
+        except BaseException:
+            self._unsubscribe(channel)
+            raise
+
+    def _unsubscribe(self, channel: C) -> None:
+        for readers in channel.readers:
+            self._topics.unsubscribe(readers)
+        channel.readers.clear()
+
     def _try(self, name: str, record: SourceRecord) -> None:
         try:
             channel = self._make(record)
-            self._topics.subscribe(channel, self._queued)
+            self._subscribe(channel)
         except Exception as error:  # noqa: BLE001 - one source's topic never costs another's
             reason = f"{type(error).__name__}: {quoted(str(error))}"
             if self._failures.get(name) != reason:
@@ -201,15 +235,36 @@ class Inputs(ABC, Generic[C]):
         ``on_change`` is called when a subscription is replaced by another.
         """
         self._world = world
+        self._noun = noun
         self._warn = node.get_logger().warning
         self._channels: Channels[C] = Channels(
-            node, group, on_change, make=self._make, noun=noun, queued=queued
+            node,
+            group,
+            on_change,
+            make=self._make,
+            is_same=self._is_same,
+            noun=noun,
+            queued=queued,
         )
+
+    @property
+    def noun(self) -> str:
+        """The word for what comes."""
+        return self._noun
 
     @property
     def channels(self) -> Channels[C]:
         """The channels by name of the source."""
         return self._channels
+
+    @property
+    def readers(self) -> list[Reader]:
+        """All subscriptions."""
+        return [r for channel in self._channels for readers in channel.readers for r in readers]
+
+    def look(self) -> None:
+        """See what publishers offer that came or went since."""
+        self._channels.look()
 
     def refresh(self) -> None:
         """Subscribe for sources that are to have a topic now, unsubscribe for others."""
@@ -244,6 +299,10 @@ class Inputs(ABC, Generic[C]):
     @abstractmethod
     def _wanted(self) -> Iterable[str]:
         """Return the names of the sources that are to have a topic."""
+
+    def _is_same(self, old: SourceRecord, new: SourceRecord) -> bool:
+        """Tell whether a channel of a source goes on though its record may be another."""
+        return old is new
 
     @abstractmethod
     def _target(self, name: str) -> Any:

@@ -4,13 +4,39 @@ from __future__ import annotations
 
 from collections.abc import Container, Iterable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
-from scene_graph_ros.node.runtime.names import default_configuration_topic, default_pose_topic
+from scene_graph_ros.node.runtime.names import (
+    default_configuration_topic,
+    default_pose_topic,
+    DEFAULT_POSE_TYPE,
+    TRANSFORMS,
+)
 
-__all__ = ["Sender", "SourceTopic", "configuration_topic", "pose_topic", "topics_of"]
+__all__ = [
+    "CONFIGURATION_TYPE",
+    "DEFAULT_POSE_TYPE",
+    "DESCRIPTION_TYPE",
+    "JOINT_STATE",
+    "POSE_STAMPED",
+    "TF",
+    "TRANSFORM_STAMPED",
+    "Sender",
+    "SourceTopic",
+    "base_topic",
+    "configuration_topic",
+    "description_topic",
+    "joint_pose_topic",
+    "pose_topic",
+    "topics_of",
+]
 
 CONFIGURATION_TYPE = "scene_graph_msgs/msg/DeformableConfigurations"
+DESCRIPTION_TYPE = "std_msgs/msg/String"
+JOINT_STATE = "sensor_msgs/msg/JointState"
+POSE_STAMPED = "geometry_msgs/msg/PoseStamped"
+TRANSFORM_STAMPED = "geometry_msgs/msg/TransformStamped"
+TF = "tf2_msgs/msg/TFMessage"
 
 
 class Sender(Protocol):
@@ -31,6 +57,14 @@ class Sender(Protocol):
     @property
     def configuration_topic(self) -> str:
         """Topic of its configurations as given."""
+
+    @property
+    def robot(self) -> Any:
+        """The robot, None of a source that is none."""
+
+    @property
+    def description(self) -> Any:
+        """Where the robot's description comes from, None where a file has it."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +88,25 @@ def configuration_topic(sender: Sender) -> str:
     return sender.configuration_topic or default_configuration_topic(sender.name)
 
 
+def base_topic(sender: Sender) -> str:
+    """Return the topic on which a robot's base moves as asked for, "" where it stands still."""
+    base = None if sender.robot is None else sender.robot.moving_base
+    if base is None:
+        return ""
+    return base.topic or TRANSFORMS
+
+
+def joint_pose_topic(sender: Sender) -> str:
+    """Return the topic of poses of a robot's joints, "" where it has none that are poses."""
+    robot = sender.robot
+    return robot.joint_poses_topic if robot is not None and robot.has_joint_poses else ""
+
+
+def description_topic(sender: Sender) -> str:
+    """Return the topic of a robot's description, "" where a file has it."""
+    return "" if sender.description is None else sender.description.topic
+
+
 def topics_of(senders: Iterable[Sender], deforming: Container[str]) -> dict[SourceTopic, None]:
     """Return all topics; ``deforming`` are the names of sources with deformable geometry."""
     topics: dict[SourceTopic, None] = {}
@@ -66,4 +119,18 @@ def topics_of(senders: Iterable[Sender], deforming: Container[str]) -> dict[Sour
             topic, is_default = configuration_topic(sender), not sender.configuration_topic
             kind = CONFIGURATION_TYPE
             topics[SourceTopic(name, "configurations", topic, kind, is_default)] = None
+        for noun, topic, kind in _of_robot(sender):
+            if topic:
+                topics[SourceTopic(name, noun, topic, kind, False)] = None
     return topics
+
+
+def _of_robot(sender: Sender) -> list[tuple[str, str, str]]:
+    """Return what a robot's joint states leave to others: noun, topic or "", type."""
+    base = base_topic(sender)
+    base_type = (sender.robot.moving_base.type or TF) if base else ""
+    return [
+        ("base poses", base, base_type),
+        ("joint poses", joint_pose_topic(sender), DEFAULT_POSE_TYPE),
+        ("descriptions", description_topic(sender), DESCRIPTION_TYPE),
+    ]

@@ -10,9 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 import secrets
 import threading
 from typing import Any, TYPE_CHECKING, TypeVar
+
+import numpy as np
 
 from msg_adapters.names import SceneNames
 from scene_graph_ros.geometry import SceneGraph
@@ -27,19 +30,59 @@ from scene_graph_ros.node.world.scene import Edit, Scene, SourceRecord
 from scene_graph_ros.node.world.scene_robots import SceneRobots
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     from scene_graph_ros.geometry.perception import CameraDescription
 
-__all__ = ["World", "WorldSnapshot", "new_token"]
+__all__ = ["STATIC", "SourceStamps", "World", "WorldSnapshot", "new_token"]
 
 T = TypeVar("T")
+
+STATIC = np.iinfo(np.int64).max
+"""Stamp of what never gets old."""
 
 
 def new_token() -> int:
     """Return a random non-zero token of 64 bits."""
     return secrets.randbits(64) or 1
+
+
+@dataclass(frozen=True, eq=False)
+class SourceStamps:
+    """The stamps of a source's frames, nanoseconds: ``ids`` and ``stamps`` ``(n,)``, as of then.
+
+    ``newest`` is the largest that a message said; ``stamp`` is that of the source as a whole.
+    """
+
+    ids: tuple[Any, ...]
+    stamps: NDArray[np.int64]
+    is_static: NDArray[np.bool_]
+    newest: int
+    stamp: int
+
+    @classmethod
+    def of(
+        cls, frames: SourceFrames, deformables: SourceDeformables | None, record: SourceRecord
+    ) -> SourceStamps:
+        """Return those of a source now."""
+        stamps, is_static = frames.stamps.copy(), frames.is_static.copy()
+        newest = int(latest(stamps))
+        if record.motion is not None:
+            newest = max(newest, int(latest(record.motion.stamps)))
+        if deformables is not None:
+            newest = max(newest, deformables.stamp())
+        stamp = newest
+        if record.motion is not None and len(stamps):
+            stamp = int(np.where(is_static, STATIC, stamps).min())
+        elif len(stamps) and is_static.all() and deformables is None:
+            stamp = STATIC
+        return cls(frames.ids, stamps, is_static, newest, stamp)
+
+    @cached_property
+    def by_frame(self) -> Mapping[Any, int]:
+        """The stamp of each frame in its parent: STATIC where nothing moves it."""
+        ages = np.where(self.is_static, STATIC, self.stamps).tolist()
+        return dict(zip(self.ids, ages, strict=True))
 
 
 @dataclass(frozen=True)
@@ -48,11 +91,12 @@ class WorldSnapshot:
 
     ``records`` are its sources by name, ``deforming`` the names of those with deformable geometry,
     ``cameras`` the cameras by name, also those whose frame is gone.
-    ``stamp`` is the newest stamp among its poses, ``source_stamps`` that of each source;
-    nanoseconds of the node's clock. ``arrival`` is when the oldest message that this update
-    applied arrived, nanoseconds of the steady clock; None where no message led to it.
+    ``stamp`` is the newest stamp among its poses, ``stamps`` has those of each source's frames;
+    nanoseconds of the node's clock, STATIC for what never gets old. ``arrival`` is when the oldest
+    message that this update applied arrived, nanoseconds of the steady clock; None where no
+    message led to it.
     ``robots`` are those of its scene, ``positions`` of each the joints' positions, by name of the
-    source, in the order of its ``kinematics.position_names``.
+    source, in the order of its ``kinematics.position_names``, ``bases`` where its root link is.
     """
 
     query: QueryObject
@@ -62,9 +106,10 @@ class WorldSnapshot:
     scene_version: int
     sequence: int
     stamp: int
-    source_stamps: Mapping[str, int]
+    stamps: Mapping[str, SourceStamps]
     robots: SceneRobots
     positions: Mapping[str, NDArray[np.float64]]
+    bases: Mapping[str, NDArray[np.float64]]
     arrival: int | None = None
     cameras: Mapping[str, CameraDescription] = field(default_factory=dict)
     _turns: dict[Hashable, threading.Lock] = field(default_factory=dict, repr=False)
@@ -77,6 +122,28 @@ class WorldSnapshot:
         """
         with self._turns.setdefault((question, arguments), threading.Lock()):
             return question(self.query, *arguments)
+
+    def source_stamp(self, source: str) -> int:
+        """Return the stamp of a source in nanoseconds; UNSTAMPED where it was not heard.
+
+        A robot is as old as the oldest joint that moves one of its links; the frames of other
+        sources move each for itself, and the newest counts.
+        """
+        stamps = self.stamps.get(source)
+        return UNSTAMPED if stamps is None else stamps.stamp
+
+    def frame_stamp(self, path: str) -> int:
+        """Return the stamp of a frame, ``source/frame``: of the oldest that it depends on.
+
+        Raises UnknownIdError or NameConflictError for its name.
+        """
+        frame_id, inspector = self.names.frame_id(path), self.inspector
+        world, stamp = inspector.world_frame_id(), STATIC
+        while frame_id != world:
+            owner = inspector.get_name(inspector.get_owning_source_id(frame_id))
+            stamp = min(stamp, self.stamps[owner].by_frame.get(frame_id, UNSTAMPED))
+            frame_id = inspector.get_parent_frame(frame_id)
+        return stamp
 
     @property
     def inspector(self) -> Any:
@@ -227,8 +294,12 @@ class World:
         For clocks that jump back: else earlier poses would be out of order.
         """
         with self.lock:
-            for frames in self._scene.frames.values():
+            for name, frames in self._scene.frames.items():
                 frames.stamps[frames.stamps > after] = UNSTAMPED
+                motion = self._scene.records[name].motion
+                if motion is not None:
+                    motion.forget(after)
+                    motion.write_stamps(frames)
             for deformables in self._scene.deformables.values():
                 late = [g for g, stamp in deformables.stamps.items() if stamp > after]
                 for geometry_id in late:
@@ -242,9 +313,10 @@ class World:
             told()
 
     def _snapshot_of(self, scene: Scene, arrival: int | None) -> WorldSnapshot:
-        stamps = {name: int(latest(frames.stamps)) for name, frames in scene.frames.items()}
-        for name, deformables in scene.deformables.items():
-            stamps[name] = max(stamps[name], deformables.stamp())
+        stamps = {
+            name: SourceStamps.of(frames, scene.deformables.get(name), scene.records[name])
+            for name, frames in scene.frames.items()
+        }
         return WorldSnapshot(
             query=QueryObject(scene.context.snapshot).bake(),
             names=scene.names,
@@ -252,10 +324,11 @@ class World:
             deforming=frozenset(scene.deformables),
             scene_version=scene.version,
             sequence=self._sequence,
-            stamp=max([0, *stamps.values()]),
-            source_stamps=stamps,
+            stamp=max([0, *(each.newest for each in stamps.values())]),
+            stamps=stamps,
             robots=scene.robots,
             positions={n: r.kinematics.configuration for n, r in scene.robots.robots.items()},
+            bases={n: r.kinematics.X_PB for n, r in scene.robots.robots.items()},
             arrival=arrival,
             cameras=scene.cameras,
         )

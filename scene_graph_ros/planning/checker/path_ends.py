@@ -31,21 +31,23 @@ def find_troubles(
     tolerance: float,
     stop: NDArray[np.int64],
     prover: Callable[..., EdgeProofs] = prove,
+    moves: NDArray[np.bool_] | None = None,
 ) -> list[EndTrouble | None]:
     """Return, for each configuration ``(n, nq)``, why no path begins or ends there, or None.
 
     They must keep more than ``tolerance`` (m) beyond all paddings. ``prover`` does as `prove`.
+    Only what ``moves`` ``(nq,)``, where that is given, has to be within limits.
     """
     points = np.repeat(configurations[:, np.newaxis], 2, axis=1)
     rules = EdgeRules(measures=False, part=1.0, tolerance=tolerance)
     proofs = prover(checker.plan, points, rules, stop=stop)
     result: list[EndTrouble | None] = [None] * len(configurations)
-    is_outside = beyond_limits(checker.plan.tree, configurations)
+    is_outside = beyond_limits(checker.plan.tree, configurations, moves)
     if (proofs.statuses == FREE).all() and not is_outside.any():
         return result
     result.clear()
     for row, q in enumerate(configurations):
-        outside = describe_excess(checker.plan.tree, q)
+        outside = describe_excess(checker.plan.tree, q, moves)
         status, pair = int(proofs.statuses[row]), int(proofs.pairs[row])
         if outside is not None:
             kinds = PlanFailure.START_BEYOND_LIMITS, PlanFailure.GOAL_BEYOND_LIMITS

@@ -8,18 +8,42 @@ from numpy.typing import NDArray
 from scene_graph_ros.robots.kinematic_tree import KinematicTree
 from scene_graph_ros.trajectories.limit_rounding import LIMIT_ROUNDING
 
-__all__ = ["beyond_limits", "describe_excess"]
+__all__ = ["beyond_limits", "describe_excess", "moved_inside"]
 
 
-def beyond_limits(tree: KinematicTree, q: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Tell of each entry of configurations ``(..., nq)`` whether it is beyond its limits."""
+def beyond_limits(
+    tree: KinematicTree, q: NDArray[np.float64], moves: NDArray[np.bool_] | None = None
+) -> NDArray[np.bool_]:
+    """Tell of each entry of configurations ``(..., nq)`` whether it is beyond its limits.
+
+    Only of those that ``moves`` ``(nq,)``, where that is given: what stays as it is, is where it
+    was measured.
+    """
     result: NDArray[np.bool_] = q < tree.lower - LIMIT_ROUNDING
-    return result | (q > tree.upper + LIMIT_ROUNDING)
+    result |= q > tree.upper + LIMIT_ROUNDING
+    return result if moves is None else result & moves
 
 
-def describe_excess(tree: KinematicTree, q: NDArray[np.float64]) -> str | None:
-    """Return which position of a configuration ``(nq,)`` is beyond its limits, in words."""
-    outside = np.flatnonzero(beyond_limits(tree, q))
+def moved_inside(
+    tree: KinematicTree, q: NDArray[np.float64], moves: NDArray[np.bool_], tolerance: float
+) -> NDArray[np.float64]:
+    """Return a configuration ``(nq,)`` with what is beyond a limit by so little at the limit.
+
+    ``tolerance`` is in rad or m. What is beyond by more stays, and so does what does not move.
+    """
+    inside = np.clip(q, tree.lower, tree.upper)
+    is_near = moves & (np.abs(inside - q) <= tolerance)
+    return np.where(is_near, inside, q)
+
+
+def describe_excess(
+    tree: KinematicTree, q: NDArray[np.float64], moves: NDArray[np.bool_] | None = None
+) -> str | None:
+    """Return which position of a configuration ``(nq,)`` is beyond its limits, in words.
+
+    ``moves`` is as of `beyond_limits`.
+    """
+    outside = np.flatnonzero(beyond_limits(tree, q, moves))
     if not len(outside):
         return None
     i = outside[0]

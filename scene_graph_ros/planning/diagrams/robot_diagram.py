@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from scene_graph_ros.geometry import SceneGraph
 from scene_graph_ros.robots.kinematic_tree import KinematicTree
@@ -75,17 +76,20 @@ class RobotDiagram:
         context: Context,
         *,
         name: str = "scene",
+        bases: Mapping[str, ArrayLike] | None = None,
     ) -> RobotDiagram:
         """Return robots by name, as one; also where there is one, its names begin with its own.
 
-        Links whose frames are not in the context any more have none.
+        ``bases`` are poses ``(4, 4)`` of root links that are not where they began. Links
+        whose frames are not in the context any more have none.
         """
         there = set(context.inspector().get_all_frame_ids())
         tree = KinematicTree(name, (), ("world",), (0,), np.eye(4)[np.newaxis])
         frames: dict[str, FrameId] = {}
         for prefix, robot in robots.items():
             own = robot.model.kinematic_tree(robot.semantics)
-            tree = tree.attached(own, "world", robot.X_WB, prefix=f"{prefix}/")
+            X_WB = robot.X_WB if bases is None else bases.get(prefix, robot.X_WB)
+            tree = tree.attached(own, "world", X_WB, prefix=f"{prefix}/")
             frames.update(
                 {f"{prefix}/{link}": f for link, f in robot.link_frames.items() if f in there}
             )

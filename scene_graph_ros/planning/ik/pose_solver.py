@@ -13,7 +13,6 @@ from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
 from scene_graph_ros.planning.checker.path_ends import find_troubles
-from scene_graph_ros.planning.checker.position_limits import describe_excess
 from scene_graph_ros.planning.ik.pose_descent import Descents, PoseDescent
 from scene_graph_ros.planning.ik.pose_target import (
     InverseKinematicsError,
@@ -196,10 +195,6 @@ def _first(
     if group is not None:
         moves[:] = False
         moves[tree.group_positions(group)] = True
-    held = np.where(moves, np.clip(q, tree.lower, tree.upper), q)
-    outside = describe_excess(tree, held)
-    if outside is not None:
-        raise InverseKinematicsError(f"what does not move {outside}")
     return q, moves
 
 

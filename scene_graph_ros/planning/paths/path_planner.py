@@ -15,7 +15,7 @@ from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
 from scene_graph_ros.planning.checker.path_ends import find_troubles
-from scene_graph_ros.planning.checker.position_limits import describe_excess
+from scene_graph_ros.planning.checker.position_limits import describe_excess, moved_inside
 from scene_graph_ros.planning.edges.edge_proofs import EdgeProofs, prove
 from scene_graph_ros.planning.edges.edge_stretches import EdgeRules, FREE, UNFINISHED
 from scene_graph_ros.planning.errors import PlanningError
@@ -85,6 +85,10 @@ class _Problem(NamedTuple):
     goals: NDArray[np.float64]
     """``(m, nq)``."""
     space: PositionSpace
+    moves: NDArray[np.bool_]
+    """``(nq,)``: which positions may change."""
+    lead: NDArray[np.float64] | None
+    """``(nq,)``: where the start was measured, if that is a little beyond limits."""
     timeout: float | None
     progress: _Progress
     stops: Stops
@@ -117,6 +121,7 @@ def plan_path(
     group: str | None = None,
     roadmap: Roadmap | None = None,
     least_saving: float = LEAST_SAVING,
+    start_tolerance: float = 0.0,
     watch: Callable[[PlanProgress], None] | None = None,
 ) -> Plan:
     """Return a path from ``start`` ``(nq,)`` to ``goal``, proven free, or why there is none.
@@ -126,6 +131,9 @@ def plan_path(
     targets: then goals are what `inverse_kinematics` finds, and the plan's ``goal`` is the target.
     ``group`` names the group of joints (of an SRDF) that may move; all others must be at a goal as
     they are at the start.
+    Positions that may not move need not be within limits. A start that is beyond limits by no
+    more than ``start_tolerance`` (rad or m) is taken; the path's first edge, which is proven like
+    all others, moves it back to them.
     Joints that turn without an end go round whichever way is free, and may arrive full turns away
     from the goal's number.
 
@@ -150,6 +158,7 @@ def plan_path(
     """
     check_planner(planner, roadmap)
     patience, saving = _numbers(seed, timeout, least_saving)
+    slack = _tolerance(start_tolerance)
     checker = checker.clone()  # Others may change theirs meanwhile.
     if np.ndim(start) != 1:
         raise PlanningError(f"start must have shape (nq,), not {np.shape(start)}")
@@ -157,12 +166,14 @@ def plan_path(
     reached: Sequence[int] | None = None
     spent = 0.0
     if targets is not None:
-        found = _reaching(checker, start, targets, group, int(seed), patience, watch)
+        found = _reaching(checker, start, targets, group, int(seed), patience, watch, slack)
         if isinstance(found, Plan):
             return found
         goal, reached, spent = found
     first, goals = _ends(checker, start, goal)
     moves = _moving(checker, first, goals, group)
+    measured, first = first, moved_inside(checker.plan.tree, first, moves, slack)
+    lead = None if np.array_equal(measured, first) else measured
     space = PositionSpace.of(checker.plan, np.concatenate([first[np.newaxis], goals]), moves)
     left = None if patience is None else max(patience - spent, 0.0)
     make_search = new_search(planner, roadmap, left)
@@ -174,7 +185,9 @@ def plan_path(
 
     def solve(search: PathSearch, stops: Stops, turns: Turns | None) -> Plan:
         return _solve(
-            _Problem(checker, first, goals, space, patience, progress, stops, turns, search)
+            _Problem(
+                checker, first, goals, space, moves, lead, patience, progress, stops, turns, search
+            )
         )
 
     def look() -> None:
@@ -208,6 +221,16 @@ def _numbers(seed: int, timeout: float | None, least_saving: float) -> tuple[flo
             f"least_saving must be from {_FINEST_SAVING:g} to 1, not {quoted(least_saving)}"
         )
     return patience, saving
+
+
+def _tolerance(start_tolerance: float) -> float:
+    """Return how far beyond limits a start may be, after checking it."""
+    slack = as_float(start_tolerance)
+    if slack is None or not 0.0 <= slack < math.inf:
+        raise PlanningError(
+            f"start_tolerance must be rad or m from 0 on, not {quoted(start_tolerance)}"
+        )
+    return slack
 
 
 def _load_kernels(checker: SceneGraphCollisionChecker, search: PathSearch) -> None:
@@ -255,10 +278,13 @@ def _reaching(
     seed: int,
     patience: float | None,
     watch: Callable[[PlanProgress], None] | None,
+    slack: float,
 ) -> tuple[NDArray[np.float64], Sequence[int], float] | Plan:
     """Return goals ``(m, nq)``, the target that each reaches, and the time (s), or why not."""
-    near = checker.checked_configurations(start)[0]
-    outside = describe_excess(checker.plan.tree, near)
+    near, tree = checker.checked_configurations(start)[0], checker.plan.tree
+    moves = moving_positions(tree, group)
+    near = moved_inside(tree, near, moves, slack)
+    outside = describe_excess(tree, near, moves)
     if outside is not None:
         return _refused(near, PlanFailure.START_BEYOND_LIMITS, f"the start {outside}")
     load_pose_kernels(checker, targets)
@@ -299,7 +325,7 @@ def _solve(problem: _Problem) -> Plan:
     checker, tolerance = problem.checker, problem.search_rules.tolerance
     ends = np.concatenate([problem.start[np.newaxis], problem.goals])
     stop = problem.stops.proving
-    trouble, *others = find_troubles(checker, ends, tolerance, stop, problem.prove)
+    trouble, *others = find_troubles(checker, ends, tolerance, stop, problem.prove, problem.moves)
     if trouble is not None:
         return _failed(problem, trouble.of_start, f"the start {trouble.words}")
     usable = [row for row, other in enumerate(others) if other is None]
@@ -336,6 +362,8 @@ def _proven(
 ) -> Plan:
     """Return the first of some paths to a goal that is proven once more, edge by edge."""
     problem.progress.stage = PlanStage.PROVING
+    if problem.lead is not None:
+        paths = [np.concatenate([problem.lead[np.newaxis], path]) for path in paths]
     for path in paths:
         ends = path if len(path) > 1 else np.repeat(path, 2, axis=0)
         edges = np.stack([ends[:-1], ends[1:]], axis=1)

@@ -49,6 +49,7 @@ def time_path(
     rise_time: float = 0.0,
     retimer: Retimer | str = "time_optimal",
     grid_points: int | None = None,
+    start_tolerance: float = 0.0,
     timeout: float | None = None,
     watch: Callable[[], None] | None = None,
 ) -> TimedPath:
@@ -65,8 +66,8 @@ def time_path(
     ``retimer`` says what finds how fast the path is gone along. ``"time_optimal"`` is our own,
     whose ``grid_points`` (default 16) are stretches of each corner with one speedup each: more are
     faster, and take longer to find. ``"toppra"`` and ``"ruckig"`` are others, or a `ToppraRetimer`
-    or `RuckigRetimer` with options; what they find is checked and proven as ours is. ``timeout``
-    (s) and ``watch`` are as of `plan_path`.
+    or `RuckigRetimer` with options; what they find is checked and proven as ours is.
+    ``start_tolerance`` (rad or m), ``timeout`` (s) and ``watch`` are as of `plan_path`.
 
     Raises TrajectoryError naming what makes no sense: a path that moves positions without limits,
     or turns a floating joint. Raises as `SceneGraphCollisionChecker` does for configurations of
@@ -75,6 +76,7 @@ def time_path(
     # Others may change theirs meanwhile.
     chosen = as_retimer(retimer, grid_points)
     problem = timing_problem(checker.clone(), path, limits, rise_time, chosen)
+    problem = problem._replace(start_tolerance=max(float(start_tolerance), 0.0))
     patience = as_timeout(timeout)
     return run_stoppable(lambda stops: _timed(problem, stops), patience, watch or (lambda: None))
 

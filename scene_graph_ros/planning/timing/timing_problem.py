@@ -19,6 +19,7 @@ from scene_graph_ros.planning.edges.edge_proofs import EdgeProofs, prove
 from scene_graph_ros.planning.edges.edge_stretches import EdgeRules, FREE
 from scene_graph_ros.planning.pairs.check_kernels import NO_PAIR
 from scene_graph_ros.trajectories.errors import TrajectoryError
+from scene_graph_ros.trajectories.limit_rounding import LIMIT_ROUNDING
 from scene_graph_ros.trajectories.motion_limits import (
     find_excess,
     LimitExcess,
@@ -96,6 +97,8 @@ class TimingProblem(NamedTuple):
     limits: MotionLimits
     rise_time: float
     retimer: Retimer
+    start_tolerance: float = 0.0
+    """rad or m: how far beyond limits the first configuration may be."""
 
     def whole(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return configurations ``(..., nq)`` of the positions that move ``(..., k)``."""
@@ -148,14 +151,16 @@ def as_timeout(timeout: float | None) -> float | None:
 
 
 def position_excess(problem: TimingProblem, trajectory: PiecewisePolynomial) -> LimitExcess | None:
-    """Return where a trajectory is farthest beyond a limit, of positions, too, or None."""
-    tree = problem.checker.plan.tree
-    return find_excess(
-        trajectory,
-        problem.limits,
-        lower=tree.lower[problem.rows],
-        upper=tree.upper[problem.rows],
-    )
+    """Return where a trajectory is farthest beyond a limit, of positions, too, or None.
+
+    One that begins a little beyond its limits, as a start may, goes no farther.
+    """
+    tree, first = problem.checker.plan.tree, problem.path[0, problem.rows]
+    lower, upper = tree.lower[problem.rows], tree.upper[problem.rows]
+    slack = problem.start_tolerance + LIMIT_ROUNDING
+    least = np.where(first >= lower - slack, np.minimum(lower, first), lower)
+    most = np.where(first <= upper + slack, np.maximum(upper, first), upper)
+    return find_excess(trajectory, problem.limits, lower=least, upper=most)
 
 
 def as_timed_path(

@@ -142,8 +142,8 @@ def test_the_world_keeps_configurations_when_the_scene_changes(soft):
     ids = soft.ids
     world.deformables["a"].put(ids["a"], soft.q + 3, NOW)
     snapshot = world.commit((), None, {"a"})
-    assert snapshot.stamp == snapshot.source_stamps["a"] == NOW
-    assert snapshot.source_stamps["b"] == UNSTAMPED
+    assert snapshot.stamp == snapshot.source_stamp("a") == NOW
+    assert snapshot.source_stamp("b") == UNSTAMPED
     np.testing.assert_array_equal(snapshot.query.get_configurations_in_world(ids["a"]), soft.q + 3)
 
     def remove(edit):
@@ -155,9 +155,9 @@ def test_the_world_keeps_configurations_when_the_scene_changes(soft):
     # The snapshot from before is as it was.
     assert len(snapshot.inspector.get_all_deformable_geometry_ids()) == 2
     world.forget_stamps(after=NOW)
-    assert world.snapshot.source_stamps["a"] == NOW
+    assert world.snapshot.source_stamp("a") == NOW
     world.forget_stamps(after=NOW - 1)
-    assert world.snapshot.source_stamps["a"] == UNSTAMPED
+    assert world.snapshot.source_stamp("a") == UNSTAMPED
 
 
 def test_only_what_is_fresh_becomes_another_configuration(soft):

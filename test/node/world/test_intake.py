@@ -98,46 +98,10 @@ def test_each_pose_is_judged_for_itself(intake, warnings):
     ],
 )
 def test_limits_of_time_are_inclusive(intake, stamp, fault):
-    """Exactly at the limit a pose, or a message as a whole, is taken; beyond it is not."""
+    """Exactly at the limit a pose is taken; beyond it is not."""
     own = frames("a")
     assert intake.accept(batch(["a"], [1.0], [stamp]), own, LIMITS) == (fault is None)
     assert dict(intake.statistics.faults) == ({} if fault is None else {fault: 1})
-    assert intake.in_time(stamp, frames("a"), LIMITS) == (fault is None)
-
-
-def test_poses_that_the_node_computed_are_written_at_once(intake):
-    """To the rows of their names; without a stamp they are of now."""
-    own, X_PF = frames("a", "b", "c"), np.array([translation(1.0), translation(2.0)])
-    assert intake.accept_poses(("c", "a"), X_PF, NOW - 5, own, LIMITS) == 2
-    assert own.X_PF[:, 0, 3].tolist() == [2.0, 0.0, 1.0]
-    assert own.stamps.tolist() == [NOW - 5, UNSTAMPED, NOW - 5]
-    assert intake.accept_poses(("b",), X_PF[:1], 0, own, LIMITS) == 1
-    assert own.stamps.tolist() == [NOW - 5, NOW, NOW - 5]
-    assert intake.statistics.applied_messages == 2
-    assert intake.statistics.applied_poses == 3
-
-
-def test_computed_poses_are_judged_like_others_where_a_name_or_a_stamp_is_new(intake):
-    """A link whose frame is gone is named; one that has a newer pose keeps it."""
-    own, X_PF = frames("a", "b"), np.array([translation(1.0), translation(2.0)])
-    own.stamps[0] = NOW - 1
-    assert intake.accept_poses(("a", "b"), X_PF, NOW - 5, own, LIMITS) == 1
-    assert own.X_PF[:, 0, 3].tolist() == [0.0, 2.0]
-    assert intake.accept_poses(("a", "wheel"), X_PF, NOW, own, LIMITS) == 1
-    assert own.X_PF[:, 0, 3].tolist() == [1.0, 2.0]
-    assert intake.statistics.faults == {Fault.OUT_OF_ORDER: 1, Fault.UNKNOWN_FRAME: 1}
-
-
-@pytest.mark.parametrize("x", [1e13, -1e13, np.inf, np.nan])
-def test_computed_poses_that_are_nowhere_leave_all_as_it_was(intake, warnings, x):
-    """Sums of what a robot's joints say may be beyond what each of them may say."""
-    own, X_PF = frames("a", "b"), np.array([translation(1.0), translation(x)])
-    assert intake.accept_poses(("a", "b"), X_PF, NOW, own, LIMITS) == 0
-    np.testing.assert_array_equal(own.X_PF, frames("a", "b").X_PF)
-    assert own.stamps.tolist() == [UNSTAMPED] * 2
-    assert intake.statistics.faults == {Fault.NOT_FINITE: 1}
-    assert len(warnings) == 1
-    assert f"frame 'b': the robot's joints place it at [{x}, 0.0, 0.0]" in warnings[0]
 
 
 def test_before_simulated_time_begins_only_the_order_counts(intake):

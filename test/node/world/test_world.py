@@ -104,7 +104,7 @@ def test_poses_go_on_while_an_edit_takes_long(world, step):
         _, snapshot = edited.result(DEADLINE)
     assert snapshot.scene_version == 2
     assert positions(snapshot) == [1.0, 1.0, 0.0]
-    assert snapshot.source_stamps["a"] == 10
+    assert snapshot.source_stamp("a") == 10
     assert positions(move(world, 2.0, 20)) == [2.0, 2.0, 2.0]
 
 
