@@ -24,9 +24,9 @@ SAMPLE = 20
 class _Tracer:
     """Counts instructions, and interrupts one of them."""
 
-    def __init__(self, at: int) -> None:
+    def __init__(self, at: int, error: type[BaseException]) -> None:
         self.count = 0
-        self._at = at
+        self._at, self._error = at, error
 
     def call(self, frame: FrameType, event: str, argument: Any) -> Any:
         """Trace a frame's instructions instead of its lines."""
@@ -38,17 +38,19 @@ class _Tracer:
         if event == "opcode":
             if self.count == self._at:
                 sys.settrace(None)
-                raise KeyboardInterrupt
+                raise self._error
             self.count += 1
         return self.step
 
 
-def _run(action: Callable[[], Any], at: int) -> tuple[bool, int]:
-    before, tracer = sys.gettrace(), _Tracer(at)
+def _run(
+    action: Callable[[], Any], at: int, error: type[BaseException] = KeyboardInterrupt
+) -> tuple[bool, int]:
+    before, tracer = sys.gettrace(), _Tracer(at, error)
     sys.settrace(tracer.call)
     try:
         action()
-    except KeyboardInterrupt:
+    except error:
         return True, tracer.count
     finally:
         sys.settrace(before)
@@ -60,9 +62,11 @@ def instruction_count(action: Callable[[], Any]) -> int:
     return _run(action, -1)[1]
 
 
-def interrupted_at(action: Callable[[], Any], at: int) -> bool:
+def interrupted_at(
+    action: Callable[[], Any], at: int, error: type[BaseException] = KeyboardInterrupt
+) -> bool:
     """Begin an action and interrupt it at an instruction; tell whether it came so far."""
-    return _run(action, at)[0]
+    return _run(action, at, error)[0]
 
 
 def places(count: int, seed: str) -> Iterator[int]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from typing import Any
 
 from scene_graph_ros.geometry.errors import NameConflictError, OwnershipError, RoleError
@@ -54,7 +53,7 @@ def assign_role(
     elif role is Role.PERCEPTION:
         read_perception_properties(properties, record.name)
     changed = {**record.properties, role: properties.read_only_copy()}
-    edit.put((state.geometries, geometry_id, dataclasses.replace(record, properties=changed)))
+    edit.put((state.geometries, geometry_id, record._replace(properties=changed)))
     edit.put((state.geometry_by_name, (record.frame_id, role, record.name), geometry_id))
     edit.put((state.with_role[role], geometry_id, None))
     edit.changed(role)
@@ -71,13 +70,13 @@ def change_shape(
     state = edit.state
     record = state.own_geometry(source_id, geometry_id)
     refuse_deformable(record, "its reference mesh stays; register another geometry instead")
-    changed = dataclasses.replace(record, shape=checked_shape(shape, record.name))
+    changed = record._replace(shape=checked_shape(shape, record.name))
     proximity = changed.properties.get(Role.PROXIMITY)
     if proximity is not None:
         check_proximity(changed, proximity)
     if X_FG is not None:
         pose = as_pose(X_FG, f"X_FG of geometry {record.name!r}")
-        changed = dataclasses.replace(changed, X_FG=pose, X_PG=_in_parent(state, changed, pose))
+        changed = changed._replace(X_FG=pose, X_PG=_in_parent(state, changed, pose))
     edit.put((state.geometries, geometry_id, changed))
     edit.changed(*changed.properties)
     if X_FG is not None:
@@ -101,7 +100,7 @@ def _move_children(edit: Edit, moved: GeometryRecord) -> None:
             child = state.geometries[child_id]
             X_FG = compose(parent.X_FG, child.X_PG)
             X_FG.setflags(write=False)
-            child = dataclasses.replace(child, X_FG=X_FG)
+            child = child._replace(X_FG=X_FG)
             edit.put((state.geometries, child_id, child))
             edit.changed(*child.properties)
             pending.append(child)
@@ -125,7 +124,7 @@ def change_parent(edit: Edit, source_id: SourceId, frame_id: FrameId, parent_id:
         edit.put((state.frame_children[parent.id], frame_id, None))
     else:
         edit.move_to_end(state.frame_children[parent.id], frame_id, None)
-    hung = {frame_id: dataclasses.replace(record, parent_id=parent.id)}
+    hung = {frame_id: record._replace(parent_id=parent.id)}
     for each in below:
         # Parents come before children.
         edit.move_to_end(state.frames, each, hung.get(each, state.frames[each]))
@@ -145,7 +144,7 @@ def rename_frame(edit: Edit, source_id: SourceId, frame_id: FrameId, name: str) 
         )
     edit.drop(state.frame_by_name, (source_id, record.name))
     edit.put((state.frame_by_name, (source_id, label), frame_id))
-    edit.put((state.frames, frame_id, dataclasses.replace(record, name=label)))
+    edit.put((state.frames, frame_id, record._replace(name=label)))
     edit.changed(Part.FRAMES)
 
 
@@ -161,5 +160,5 @@ def rename_geometry(edit: Edit, source_id: SourceId, geometry_id: GeometryId, na
     for role in record.properties:
         edit.drop(state.geometry_by_name, (record.frame_id, role, record.name))
         edit.put((state.geometry_by_name, (record.frame_id, role, label), geometry_id))
-    edit.put((state.geometries, geometry_id, dataclasses.replace(record, name=label)))
+    edit.put((state.geometries, geometry_id, record._replace(name=label)))
     edit.changed()

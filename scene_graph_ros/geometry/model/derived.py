@@ -27,6 +27,8 @@ class Part(enum.Enum):
     FILTERS = "filters"
     """Declarations that exclude pairs from collision."""
 
+    __hash__ = object.__hash__  # as Role's
+
 
 class _Slot:
     """The place of one function's values. It says what they depend on.

@@ -10,10 +10,13 @@ from __future__ import annotations
 
 from scene_graph_ros.geometry.model.derived import Part
 from scene_graph_ros.geometry.model.roles import Role
-from scene_graph_ros.geometry.model.state import GeometryState, new_version
+from scene_graph_ros.geometry.model.state import GeometryState, new_version, ROLES
 from scene_graph_ros.geometry.model.writes import Writes
 
 __all__ = ["Edit"]
+
+_OF_ROLE: dict[Part | Role, Role] = {Part.FILTERS: Role.PROXIMITY, **{r: r for r in ROLES}}
+"""The parts that are of the geometry with a role."""
 
 
 class Edit(Writes):
@@ -38,13 +41,11 @@ class Edit(Writes):
         """Add the versions of what changed, and what stays of the derived; False: nothing did."""
         if not self._changes_model:
             return False
-        state, parts, versions = self.state, self._parts, self.state.role_versions
+        state, parts = self.state, self._parts
         self.set(state, "version", new_version())
         for part in parts:
-            if part in versions:
-                self.put((versions, part, new_version()))
-        if Part.FILTERS in parts and Role.PROXIMITY not in parts:
-            self.put((versions, Role.PROXIMITY, new_version()))
+            if part in _OF_ROLE:
+                self.put((state.role_versions, _OF_ROLE[part], new_version()))
         derived = state.derived.without(parts)
         if derived is not state.derived:
             self.set(state, "derived", derived)

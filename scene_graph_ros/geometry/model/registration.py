@@ -21,7 +21,7 @@ from scene_graph_ros.geometry.model.records import (
     WORLD_FRAME_ID,
 )
 from scene_graph_ros.geometry.model.roles import Role
-from scene_graph_ros.geometry.model.state import GeometryState
+from scene_graph_ros.geometry.model.state import GeometryState, ROLES
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.spatial.poses import compose
 
@@ -188,7 +188,7 @@ def _record(
         X_FG=X_FG,
         properties={
             properties.role: properties.read_only_copy()
-            for role in Role
+            for role in ROLES
             if (properties := instance.properties(role)) is not None
         },
         deformable=deformable,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-import dataclasses
 
 from scene_graph_ros.geometry.errors import OwnershipError
 from scene_graph_ros.geometry.model.derived import Part
@@ -71,7 +70,7 @@ def remove_role(edit: Edit, source_id: SourceId, target: FrameId | GeometryId, r
     affected = [record for record in candidates if role in record.properties]
     for record in affected:
         properties = {r: p for r, p in record.properties.items() if r is not role}
-        edit.put((state.geometries, record.id, dataclasses.replace(record, properties=properties)))
+        edit.put((state.geometries, record.id, record._replace(properties=properties)))
     _unlist_roles(edit, affected, (role,))
     return len(affected)
 
