@@ -82,31 +82,26 @@ def test_an_interrupted_question_changes_no_answer(name):
 
 def test_large_scenes_reuse_no_poses_that_were_not_written():
     """Memory for poses is lent again from a hundred frames on, and only once it was filled."""
+    graph = SceneGraph()
+    source = graph.register_source("s")
+    for k in range(120):
+        frame = graph.register_frame(source, GeometryFrame(f"f{k}"))
+        graph.register_geometry(source, frame, World.instance(f"g{k}", shifted(k), Sphere(1)))
+    graph.register_anchored_geometry(source, World.instance("a", shifted(-1), Sphere(1)))
+    model = graph.create_default_context()
+    poses = np.tile(shifted(7), (120, 1, 1))
 
-    def made():
-        graph = SceneGraph()
-        source = graph.register_source("s")
-        for k in range(120):
-            frame = graph.register_frame(source, GeometryFrame(f"f{k}"))
-            graph.register_geometry(source, frame, World.instance(f"g{k}", shifted(k), Sphere(1)))
-            graph.register_anchored_geometry(
-                source, World.instance(f"a{k}", shifted(-k), Sphere(1))
-            )
-        context = graph.create_default_context()
-        return source, context, graph.query_object(context)
+    def step(context):
+        X_WG = context.snapshot.X_WG.copy()
+        context.set_frame_poses(source, poses)
+        return X_WG, context.snapshot.X_WG.copy()
 
-    def step(source, context, query):
-        X_WG = query.snapshot.X_WG.copy()
-        context.set_frame_poses(source, np.tile(shifted(7), (120, 1, 1)))
-        return X_WG, query.snapshot.X_WG.copy()
-
-    expected, world = step(*made()), made()
-    for at in range(0, instruction_count(lambda: step(*world)), 9):
-        source, context, query = made()
-        interrupted_at(lambda world=(source, context, query): step(*world), at)
+    expected = step(model.clone())
+    for at in places(instruction_count(partial(step, model.clone())), "poses"):
+        context = model.clone()
+        interrupted_at(partial(step, context), at)
         context.set_frame_poses(source, np.tile(np.eye(4), (120, 1, 1)))
-        found = step(source, context, query)
-        assert all(map(np.array_equal, found, expected)), at
+        assert all(map(np.array_equal, step(context), expected)), at
 
 
 @pytest.mark.search
