@@ -65,7 +65,11 @@ def stacked_poses(state: GeometryState, poses: Mapping[FrameId, Any]) -> tuple[A
                 raise OwnershipError("the world frame cannot be moved")
     values = list(poses.values())
     if all(type(X) is np.ndarray and X.shape == (4, 4) and X.dtype == float for X in values):
-        return rows, np.concatenate(values).reshape(-1, 4, 4) if values else np.empty((0, 4, 4))
+        # Rows of C's order, whatever order those that are given have.
+        X_PFs = np.empty((len(values), 4, 4))
+        if values:
+            np.concatenate(values, out=X_PFs.reshape(-1, 4))
+        return rows, X_PFs
     X_PFs = np.empty((len(values), 4, 4))
     for i, (row, X_PF) in enumerate(zip(rows, values, strict=True)):
         label = f"X_PF of frame {layout.names[row]!r}"
