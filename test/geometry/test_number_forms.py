@@ -11,10 +11,13 @@ from scene_graph_ros.geometry import (
     add_rigid_hydroelastic_properties,
     Box,
     Capsule,
+    Convex,
     Cylinder,
     Ellipsoid,
     GeometryFrame,
     GeometryInstance,
+    HalfSpace,
+    Mesh,
     ProximityProperties,
     Rgba,
     SceneGraph,
@@ -81,6 +84,12 @@ BORDERS = {
         lambda scene, p: scene[3].compute_signed_distance_to_point(p).distance,
         POINTS[0],
     ),
+    "Convex": (lambda scene, p: Convex(vertices=p).vertices, POINTS),
+    "Mesh, scale": (
+        lambda scene, x: Mesh(vertices=POINTS, faces=[[0, 1, 2]], scale=x).scale,
+        POINTS[0],
+    ),
+    "HalfSpace.make_pose": (lambda scene, x: HalfSpace.make_pose(x, x), POINTS[0]),
     "Point": (lambda scene, x: Point(x).x, POINTS[0]),
     "VPolytope": (lambda scene, x: VPolytope(x).vertices, POINTS),
     "Hyperrectangle": (lambda scene, x: Hyperrectangle(x, [20, 20, 20]).lb, POINTS[0]),
@@ -117,7 +126,7 @@ def test_every_form_of_numbers_is_the_same_or_refused(scene, border):
 
 
 @pytest.mark.parametrize("border", BORDERS)
-@pytest.mark.filterwarnings("error")
+@pytest.mark.filterwarnings("error::numpy.exceptions.ComplexWarning")
 def test_no_numbers_are_refused_in_words_of_ours(scene, border):
     """Nothing is cut off, read out of text or a mask, and no error of others comes through."""
     ask, values = BORDERS[border]
