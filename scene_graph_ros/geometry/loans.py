@@ -63,14 +63,20 @@ class Lender:
         """Take the shape of all arrays; they hold float64."""
         self._shape = shape
         self._loans: list[Loan] = []
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()
 
-    def take(self) -> tuple[NDArray[np.float64], bool]:
-        """Return an array, and whether it is one of before, as its last borrower left it."""
+    def take(self, begin: Callable[[NDArray[np.float64]], object]) -> NDArray[np.float64]:
+        """Return an array as its last borrower left it, or a new one, to which ``begin`` writes.
+
+        A new one is lent again only if ``begin`` has ended: who is interrupted leaves none behind
+        in which there is nothing yet.
+        """
         with self._lock:
             for loan in self._loans:
                 if loan.is_over():
-                    return loan.lend(), True
+                    return loan.lend()
             loan = Loan(Block(self._shape))
+            result = loan.lend()
+            begin(result)
             self._loans = [*self._loans[1 - _KEPT :], loan]
-            return loan.lend(), False
+            return result

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.geometry.spatial.poses import as_pose
 from scene_graph_ros.robots.joint_chains import joint_chains, JointChains
 from scene_graph_ros.robots.tree_joint import KinematicTreeError, PARTS, TreeJoint
@@ -95,7 +96,7 @@ class KinematicTree(TreeLayout):
         three rows, m/s in the others. ``p_LQ`` ``(3,)`` in m. Raises like `link_poses`.
         """
         configurations, row = self.checked_configurations(q), self.link_index(link)
-        point = np.array(p_LQ, dtype=np.float64)
+        point = real_array(p_LQ, "p_LQ must be three finite numbers", KinematicTreeError)
         if point.shape != (3,) or not np.isfinite(point).all():
             raise KinematicTreeError(f"p_LQ must be three finite numbers, not {quoted(p_LQ)}")
         J = np.empty((len(configurations), 6, self.num_velocities))
@@ -108,7 +109,7 @@ class KinematicTree(TreeLayout):
         The length of a quaternion has no effect on poses, so its rate has none on v. Raises like
         `link_poses`.
         """
-        (configuration,) = self.checked_configurations(np.asarray(q)[np.newaxis])
+        (configuration,) = self.checked_configurations(_one(q))
         result = np.zeros((self.num_velocities, self.num_positions))
         for joint, start, first in zip(self.joints, *self._starts, strict=True):
             if joint.mimics:
@@ -131,7 +132,7 @@ class KinematicTree(TreeLayout):
         Quaternions turn the short way at one speed (slerp; Shoemake, *Animating Rotation with
         Quaternion Curves*, 1985) and have length 1. Raises like `link_poses`.
         """
-        first, second = self.checked_configurations(np.stack([np.asarray(q1), np.asarray(q2)]))
+        first, second = self.checked_configurations(_both(q1, q2))
         result = np.asarray((1.0 - t) * first + t * second)
         for _, start in self._floating:
             parts = first[start : start + 4], second[start : start + 4]
@@ -226,3 +227,19 @@ class KinematicTree(TreeLayout):
 
 def _prefixed(prefix: str, names: Iterable[str]) -> tuple[str, ...]:
     return tuple(prefix + name for name in names)
+
+
+def _one(q: ArrayLike) -> NDArray[np.float64]:
+    """Return one configuration as a batch of one."""
+    return real_array(q, "q must be numbers", KinematicTreeError)[np.newaxis]
+
+
+def _both(q1: ArrayLike, q2: ArrayLike) -> NDArray[np.float64]:
+    """Return two configurations as a batch; raises KinematicTreeError for uneven ones."""
+    first = real_array(q1, "q1 must be numbers", KinematicTreeError)
+    second = real_array(q2, "q2 must be numbers", KinematicTreeError)
+    if first.shape != second.shape:
+        raise KinematicTreeError(
+            f"q1 and q2 must have the same shape, not {first.shape} and {second.shape}"
+        )
+    return np.stack([first, second])

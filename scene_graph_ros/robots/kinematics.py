@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.errors import SceneGraphError
+from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.geometry.spatial.poses import as_pose, quaternions_from_poses
 from scene_graph_ros.geometry.tolerances import ROTATION_DEFECT
 from scene_graph_ros.located import suggestion
@@ -135,7 +136,8 @@ class Kinematics:
         does not have are put into ``unknown_joints``. Raises JointStateError, and moves nothing,
         for a position that is not finite, a joint named twice, or lists of different lengths.
         """
-        values = np.asarray(positions, dtype=np.float64)
+        rule = f"robot {self.robot.name!r}: positions must be numbers"
+        values = real_array(positions, rule, JointStateError)
         names = tuple(joint_names)
         if values.shape != (len(names),):
             raise JointStateError(

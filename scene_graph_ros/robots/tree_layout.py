@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.geometry.reals import squares_of_few
 from scene_graph_ros.located import suggestion
 from scene_graph_ros.robots.tree_joint import KinematicTreeError, PARTS, TreeJoint
@@ -188,11 +189,11 @@ class TreeLayout:
 
         Raises KinematicTreeError naming the entry, its value and its row.
         """
-        try:
-            # Kernels are compiled for arrays that may be written to.
-            array = np.require(q, np.float64, ["C", "W"])
-        except (TypeError, ValueError, OverflowError) as error:
-            raise KinematicTreeError(f"q must be numbers: {quoted(q)}") from error
+        array: NDArray[np.float64]
+        if type(q) is np.ndarray and q.dtype is _FLOAT64 and q.flags.carray:
+            array = q
+        else:
+            array = real_array(q, "q must be numbers", KinematicTreeError)
         if array.ndim not in (1, 2) or array.shape[-1] != self.num_positions:
             raise KinematicTreeError(
                 f"q of robot {self.name!r} must have shape (n, {self.num_positions}) or"

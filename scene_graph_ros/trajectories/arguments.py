@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.trajectories.errors import TrajectoryError
 
@@ -19,10 +20,7 @@ _SAME_TIME = 1e-12
 
 def as_numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:
     """Return an array of finite numbers of any shape. Raises TrajectoryError."""
-    try:
-        array = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise TrajectoryError(f"{name} must be numbers: {quoted(values)}") from error
+    array = real_array(values, f"{name} must be numbers", TrajectoryError)
     if not np.isfinite(array).all():
         where = tuple(map(int, np.argwhere(~np.isfinite(array))[0]))
         raise TrajectoryError(f"{name}{list(where)} must be finite, not {array[where]}")

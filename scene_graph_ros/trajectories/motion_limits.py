@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.located import suggestion
 from scene_graph_ros.trajectories.errors import TrajectoryError
@@ -99,7 +100,7 @@ class MotionLimits:
         for kind in ("velocities", "accelerations", "jerks"):
             if getattr(self, kind) is None:
                 continue
-            values = np.array(getattr(self, kind), dtype=np.float64)
+            values = real_array(getattr(self, kind), f"{kind} must be numbers", TrajectoryError)
             if values.ndim != 1 or (self.names and len(values) != len(self.names)):
                 raise TrajectoryError(
                     f"{kind} must have one number for each entry: {values.shape}"

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.trajectories.arguments import as_order, as_times
 from scene_graph_ros.trajectories.errors import TrajectoryError
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
@@ -48,7 +49,7 @@ class TrajectoryPoints:
             given = getattr(self, name)
             if given is None:
                 continue
-            array = np.array(given, dtype=np.float64)
+            array = real_array(given, f"{name} must be numbers", TrajectoryError)
             if array.ndim != 2 or array.shape != shape or len(array) != len(times):
                 raise TrajectoryError(
                     f"{name} must have shape ({len(times)}, n), not {array.shape}"

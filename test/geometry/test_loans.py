@@ -17,19 +17,37 @@ def address(array):
     return array.ctypes.data
 
 
+def leave(array):
+    """Leave a new array as it is."""
+
+
+def test_what_was_begun_by_nobody_is_not_lent_again():
+    """Who is interrupted before a new array is written leaves none that counts as written."""
+    lender, begun = Lender(SHAPE), []
+
+    def interrupted(array):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        lender.take(interrupted)
+    array = lender.take(lambda new: begun.append(new.fill(3.0)))
+    assert len(begun) == 1
+    assert (array == 3.0).all()
+
+
 def test_what_was_dropped_is_lent_again_as_it_was_left():
     """The same memory, with the same content; and the lender says that it is not new."""
-    lender = Lender(SHAPE)
-    array, was_used = lender.take()
-    assert not was_used
+    lender, new = Lender(SHAPE), []
+    array = lender.take(new.append)
+    assert new.pop() is array
     assert type(array) is np.ndarray
     assert array.shape == SHAPE
     assert array.dtype == np.float64
     array[:] = 7.0
     place = address(array)
     del array
-    again, was_used = lender.take()
-    assert was_used
+    again = lender.take(new.append)
+    assert not new
     assert address(again) == place
     assert (again == 7.0).all()
 
@@ -54,15 +72,14 @@ def test_what_was_dropped_is_lent_again_as_it_was_left():
 def test_whatever_looks_at_an_array_keeps_it(look):
     """A view of a view, or of another kind, keeps the memory from being lent; then it is free."""
     lender = Lender(SHAPE)
-    array, _ = lender.take()
+    array = lender.take(leave)
     place, view = address(array), look(array)
     del array
-    other, was_used = lender.take()
-    assert not was_used
+    other = lender.take(leave)
     assert address(other) != place
     del view
     gc.collect()
-    assert address(lender.take()[0]) == place
+    assert address(lender.take(leave)) == place
 
 
 def test_two_are_kept():
@@ -70,10 +87,10 @@ def test_two_are_kept():
     lender = Lender(SHAPE)
     seen = set()
     for _ in range(6):
-        kept, _ = lender.take()
+        kept = lender.take(leave)
         seen.add(address(kept))
     assert len(seen) == 2
-    held = [lender.take()[0] for _ in range(4)]
+    held = [lender.take(leave) for _ in range(4)]
     assert len({address(array) for array in held}) == 4
 
 
@@ -100,7 +117,7 @@ def test_threads_never_share():
     def work(number):
         start.wait()
         for _ in range(2000):
-            array, _ = lender.take()
+            array = lender.take(leave)
             array[:] = number
             if not (array == number).all():
                 strangers.append(number)

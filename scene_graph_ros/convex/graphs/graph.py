@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 import itertools
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -32,6 +32,19 @@ from scene_graph_ros.geometry.quoting import quoted
 __all__ = ["GraphOfConvexSets"]
 
 
+class _Tables(NamedTuple):
+    """What a graph has, by numbers, in the order in which it was added."""
+
+    vertices: dict[int, Vertex]
+    edges: dict[int, Edge]
+
+
+def _let_go(edge: Edge) -> None:
+    """Have the vertices of an edge that is of no graph any more keep it no longer."""
+    edge.u._outgoing.pop(edge.id, None)
+    edge.v._incoming.pop(edge.id, None)
+
+
 class GraphOfConvexSets:
     """Vertices are convex sets, edges have costs and constraints of a point in each.
 
@@ -41,11 +54,22 @@ class GraphOfConvexSets:
     constraints have to bound the points of paths.
     """
 
+    # What is in the tables is of the graph: an edit is one write to them, before which what was
+    # derived of them is forgotten. Vertices may know more edges than these, and leave them out.
+
     def __init__(self) -> None:
-        self._vertices: dict[int, Vertex] = {}
-        self._edges: dict[int, Edge] = {}
+        self._tables = _Tables({}, {})
+        self._phi: dict[int, frozenset[bool]] = {}
         self._numbers = itertools.count()
         self._ends: tuple[dict[int, int], np.ndarray, np.ndarray] | None = None
+
+    @property
+    def _vertices(self) -> dict[int, Vertex]:
+        return self._tables.vertices
+
+    @property
+    def _edges(self) -> dict[int, Edge]:
+        return self._tables.edges
 
     @property
     def vertices(self) -> list[Vertex]:
@@ -79,9 +103,9 @@ class GraphOfConvexSets:
         if set.is_empty():
             raise ConvexSetError(f"{label}, {quoted(set)}, is empty; leave the vertex out")
         number = next(self._numbers)
-        vertex = Vertex(number, set, name or f"v{number}")
-        self._vertices[number] = vertex
+        vertex = Vertex(number, set, name or f"v{number}", self.is_valid)
         self._ends = None
+        self._vertices[number] = vertex
         return vertex
 
     def add_edge(self, u: Vertex, v: Vertex, name: str = "") -> Edge:
@@ -93,28 +117,30 @@ class GraphOfConvexSets:
                 f"GraphOfConvexSets.add_edge: u and v are both {u.name!r}; an edge leads elsewhere"
             )
         number = next(self._numbers)
-        edge = Edge(number, u, v, name or f"e{number}")
-        self._edges[number] = edge
+        edge = Edge(number, u, v, name or f"e{number}", self._phi)
+        u._outgoing[number] = v._incoming[number] = edge
         self._ends = None
-        u._outgoing.append(edge)
-        v._incoming.append(edge)
+        self._edges[number] = edge
         return edge
 
     def remove_vertex(self, vertex: Vertex) -> None:
         """Remove a vertex and all its edges. Raises ConvexSetError unless it is of this graph."""
         self._check_vertex(vertex, "remove_vertex: vertex")
-        for edge in vertex.incoming_edges + vertex.outgoing_edges:
-            self.remove_edge(edge)
-        del self._vertices[vertex.id]
+        gone = vertex.incoming_edges + vertex.outgoing_edges
+        numbers = {edge.id for edge in gone}
+        vertices = {number: each for number, each in self._vertices.items() if each is not vertex}
+        edges = {number: each for number, each in self._edges.items() if number not in numbers}
         self._ends = None
+        self._tables = _Tables(vertices, edges)
+        for edge in gone:
+            _let_go(edge)
 
     def remove_edge(self, edge: Edge) -> None:
         """Remove an edge. Raises ConvexSetError unless it is of this graph."""
         self._check_edge(edge, "remove_edge: edge")
-        del self._edges[edge.id]
         self._ends = None
-        edge.u._outgoing.remove(edge)
-        edge.v._incoming.remove(edge)
+        del self._edges[edge.id]
+        _let_go(edge)
 
     def is_valid(self, of: Vertex | Edge) -> bool:
         """Tell whether a vertex or an edge is of this graph."""
@@ -123,8 +149,7 @@ class GraphOfConvexSets:
 
     def clear_all_phi_constraints(self) -> None:
         """Allow every edge to be on the path or not."""
-        for edge in self._edges.values():
-            edge.clear_phi_constraints()
+        self._phi.clear()
 
     def solve_shortest_path(
         self,

@@ -10,6 +10,7 @@ import numpy as np
 
 from scene_graph_ros.convex.errors import ConvexSetError
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.geometry.reals import as_float
 
 __all__ = [
@@ -52,14 +53,7 @@ def _numbers(value: Any, label: str) -> np.ndarray:
     """Return an array of floats below the limit, which may be the caller's own."""
     if type(value) is np.ndarray and value.dtype == np.float64 and _are_small(value):
         return value
-    try:
-        array = np.asarray(value)
-        if array.dtype.kind not in "fiu" and array.size:
-            raise TypeError
-        array = array.astype(np.float64)
-    except (TypeError, ValueError):
-        message = f"{label} must be an array of numbers, not {quoted(value)}"
-        raise ConvexSetError(message) from None
+    array = real_array(value, f"{label} must be an array of numbers", ConvexSetError)
     if not (np.abs(array) < _LIMIT).all():
         bad = array[~(np.abs(array) < _LIMIT)].flat[0]
         raise ConvexSetError(

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import math
-import threading
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.broadphase.aabb import box_geometry, place_rows
-from scene_graph_ros.geometry.broadphase.hierarchical_grid import candidate_pairs
-from scene_graph_ros.geometry.broadphase.separating_axes import drop_separated
+from scene_graph_ros.geometry.broadphase.aabb import box_geometry
 from scene_graph_ros.geometry.broadphase.tracking import Bodies, Tracker
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.tables.shape_table import ShapeTable
@@ -26,8 +22,9 @@ MAX_MARGINS = 4
 class PairMemory:
     """Finds candidate pairs of one model, in poses that follow each other.
 
-    Any number of threads may ask; who finds another at work searches without the memory. The
-    answer does not depend on what was asked before.
+    Any number of threads may ask. Who asks takes the margin's tracker away, and puts it back when
+    there is an answer: others at work meanwhile begin one of their own, and one that was
+    interrupted is not asked again. The answer does not depend on what was asked before.
     """
 
     def __init__(self, table: ShapeTable, frame: NDArray[np.int32], filter_bits: Any) -> None:
@@ -39,53 +36,28 @@ class PairMemory:
             frame=frame,
             filter_bits=filter_bits,
         )
-        self._lock = threading.Lock()
         self._trackers: dict[float, Tracker] = {}
-        self._tracker: Tracker
-        """The one used last."""
-        self._margin = math.nan
-        """Its margin; nan while there is none."""
+        """By margins; the one used last comes last."""
 
     def find(self, X_WG: NDArray[np.float64], margin: float, *, is_close: bool) -> Pairs:
         """Return the sorted (k, 2) rows of pairs whose boxes come within a finite ``margin``.
 
         With ``is_close`` those are left out that ``drop_separated`` shows to be further apart.
         """
-        if not self._lock.acquire(False):
-            return self._search(X_WG, margin, is_close)
-        try:
-            if margin != self._margin:
-                self._choose(margin)
-            return self._tracker.find(X_WG, is_close)
-        finally:
-            self._lock.release()
-
-    def _choose(self, margin: float) -> None:
-        """Use the tracker for a margin, which comes last then."""
-        self._margin = math.nan  # who is interrupted here chooses anew
         trackers = self._trackers
-        tracker = trackers.pop(margin, None) or Tracker(self._bodies, margin)
-        while len(trackers) >= MAX_MARGINS:
-            del trackers[next(iter(trackers))]
-        self._tracker = trackers[margin] = tracker
-        self._margin = margin
+        tracker = trackers.pop(margin, None)
+        if tracker is None:
+            tracker = Tracker(self._bodies, margin)
+        pairs = tracker.find(X_WG, is_close)
+        trackers[margin] = tracker
+        if len(trackers) > MAX_MARGINS:
+            self._give_up()
+        return pairs
 
-    def _search(self, X_WG: NDArray[np.float64], margin: float, is_close: bool) -> Pairs:
-        """Do without the memory."""
-        bodies = self._bodies
-        placed = place_rows(bodies.geometry, X_WG)
-        lower, upper = (
-            np.ascontiguousarray(corners[:, :3]) for corners in (placed.lower, placed.upper)
-        )
-        found: Pairs = candidate_pairs(
-            lower, upper, bodies.is_half_space, X_WG, bodies.frame, bodies.filter_bits, margin
-        )
-        if not is_close:
-            return found
-        count = drop_separated(
-            bodies.geometry.extents, placed.centre, X_WG, found, len(found), margin
-        )
-        return found[:count]
+    def _give_up(self) -> None:
+        """Forget the margins that were not used longest."""
+        for margin in list(self._trackers)[:-MAX_MARGINS]:
+            self._trackers.pop(margin, None)
 
     def counters(self, margin: float) -> NDArray[np.int64]:
         """Return what was done so far for a margin: see ``tracking.COUNTERS``."""

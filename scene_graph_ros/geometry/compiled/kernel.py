@@ -14,6 +14,7 @@ from scene_graph_ros.geometry.compiled.cache import (
     KernelCache,
     name_by_what_it_holds,
 )
+from scene_graph_ros.geometry.compiled.signal_shield import shielded
 
 __all__ = [
     "compilation_count",
@@ -87,6 +88,7 @@ def _compiled(function: Callable[..., Any], flags: dict[str, Any]) -> Any:
     dispatcher = numba.njit(**flags)(function)
     _forget_literals(dispatcher)
     dispatcher._cache = KernelCache(function)  # as numba's enable_caching, with a cache of ours
+    dispatcher.compile = shielded(dispatcher.compile)
     _dispatchers.append(dispatcher)
     return dispatcher
 

@@ -1,11 +1,12 @@
-"""Changing what is registered: roles, shapes, poses and names."""
+"""Edits of what is registered: roles, shapes, poses and names."""
 
 from __future__ import annotations
 
-import dataclasses
 from typing import Any
 
 from scene_graph_ros.geometry.errors import NameConflictError, OwnershipError, RoleError
+from scene_graph_ros.geometry.model.derived import Part
+from scene_graph_ros.geometry.model.edit import Edit
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
 from scene_graph_ros.geometry.model.instance import checked_properties, checked_shape
 from scene_graph_ros.geometry.model.names import canonical_name
@@ -26,13 +27,14 @@ __all__ = ["assign_role", "change_parent", "change_shape", "rename_frame", "rena
 
 
 def assign_role(
-    state: GeometryState,
+    edit: Edit,
     source_id: SourceId,
     geometry_id: GeometryId,
     properties: Any,
     assign: RoleAssign,
 ) -> None:
     """Give a geometry the role of the properties, or replace the properties of its role."""
+    state = edit.state
     record = state.own_geometry(source_id, geometry_id)
     properties = checked_properties(properties)
     if not isinstance(assign, RoleAssign):
@@ -51,34 +53,34 @@ def assign_role(
     elif role is Role.PERCEPTION:
         read_perception_properties(properties, record.name)
     changed = {**record.properties, role: properties.read_only_copy()}
-    state.geometries[geometry_id] = dataclasses.replace(record, properties=changed)
-    state.geometry_by_name[record.frame_id, role, record.name] = geometry_id
-    state.with_role[role][geometry_id] = None
-    state.changed(roles=(role,))
+    edit.put((state.geometries, geometry_id, record._replace(properties=changed)))
+    edit.put((state.geometry_by_name, (record.frame_id, role, record.name), geometry_id))
+    edit.put((state.with_role[role], geometry_id, None))
+    edit.changed(role)
 
 
 def change_shape(
-    state: GeometryState,
+    edit: Edit,
     source_id: SourceId,
     geometry_id: GeometryId,
     shape: Shape,
     X_FG: Any | None,
 ) -> None:
     """Replace the shape, and the pose in its frame if one is given; hanging geometry follows."""
+    state = edit.state
     record = state.own_geometry(source_id, geometry_id)
     refuse_deformable(record, "its reference mesh stays; register another geometry instead")
-    changed = dataclasses.replace(record, shape=checked_shape(shape, record.name))
+    changed = record._replace(shape=checked_shape(shape, record.name))
     proximity = changed.properties.get(Role.PROXIMITY)
     if proximity is not None:
         check_proximity(changed, proximity)
     if X_FG is not None:
         pose = as_pose(X_FG, f"X_FG of geometry {record.name!r}")
-        changed = dataclasses.replace(changed, X_FG=pose, X_PG=_in_parent(state, changed, pose))
-    state.geometries[geometry_id] = changed
-    roles = set(changed.properties)
+        changed = changed._replace(X_FG=pose, X_PG=_in_parent(state, changed, pose))
+    edit.put((state.geometries, geometry_id, changed))
+    edit.changed(*changed.properties)
     if X_FG is not None:
-        roles |= _move_children(state, geometry_id)
-    state.changed(roles=roles)
+        _move_children(edit, changed)
 
 
 def _in_parent(state: GeometryState, record: GeometryRecord, X_FG: Any) -> Any:
@@ -89,26 +91,24 @@ def _in_parent(state: GeometryState, record: GeometryRecord, X_FG: Any) -> Any:
     return X_PG
 
 
-def _move_children(state: GeometryState, geometry_id: GeometryId) -> set[Role]:
-    """Place what hangs on a geometry anew; return the roles that have moved."""
-    roles: set[Role] = set()
-    pending = [geometry_id]
+def _move_children(edit: Edit, moved: GeometryRecord) -> None:
+    """Place what hangs on a geometry anew, which has moved."""
+    state, pending = edit.state, [moved]
     while pending:
-        parent = state.geometries[pending.pop()]
+        parent = pending.pop()
         for child_id in state.geometry_children.get(parent.id, ()):
             child = state.geometries[child_id]
             X_FG = compose(parent.X_FG, child.X_PG)
             X_FG.setflags(write=False)
-            state.geometries[child_id] = dataclasses.replace(child, X_FG=X_FG)
-            roles.update(child.properties)
-            pending.append(child_id)
-    return roles
+            child = child._replace(X_FG=X_FG)
+            edit.put((state.geometries, child_id, child))
+            edit.changed(*child.properties)
+            pending.append(child)
 
 
-def change_parent(
-    state: GeometryState, source_id: SourceId, frame_id: FrameId, parent_id: FrameId
-) -> None:
+def change_parent(edit: Edit, source_id: SourceId, frame_id: FrameId, parent_id: FrameId) -> None:
     """Have a frame of the source hang on another frame, of any source, with all below it."""
+    state = edit.state
     if state.frame(frame_id).id == WORLD_FRAME_ID:
         raise OwnershipError("the world frame hangs on nothing")
     record, parent = state.own_frame(source_id, frame_id), state.frame(parent_id)
@@ -119,17 +119,21 @@ def change_parent(
         raise NameConflictError(
             f"frame {record.name!r} cannot hang on {parent.name!r}, which is it or below it"
         )
-    del state.frame_children[record.parent_id][frame_id]
-    state.frame_children[parent.id][frame_id] = None
-    state.frames[frame_id] = dataclasses.replace(record, parent_id=parent.id)
+    if parent.id != record.parent_id:
+        edit.drop(state.frame_children[record.parent_id], frame_id)
+        edit.put((state.frame_children[parent.id], frame_id, None))
+    else:
+        edit.move_to_end(state.frame_children[parent.id], frame_id, None)
+    hung = {frame_id: record._replace(parent_id=parent.id)}
     for each in below:
         # Parents come before children.
-        state.frames[each] = state.frames.pop(each)
-    state.changed(frames=True)
+        edit.move_to_end(state.frames, each, hung.get(each, state.frames[each]))
+    edit.changed(Part.FRAMES)
 
 
-def rename_frame(state: GeometryState, source_id: SourceId, frame_id: FrameId, name: str) -> None:
+def rename_frame(edit: Edit, source_id: SourceId, frame_id: FrameId, name: str) -> None:
     """Give a frame of the source another name, unique within the source."""
+    state = edit.state
     if state.frame(frame_id).id == WORLD_FRAME_ID:
         raise OwnershipError("the world frame cannot be renamed")
     record = state.own_frame(source_id, frame_id)
@@ -138,16 +142,15 @@ def rename_frame(state: GeometryState, source_id: SourceId, frame_id: FrameId, n
         raise NameConflictError(
             f"source {state.source_names[source_id]!r} has a frame named {label!r} already"
         )
-    del state.frame_by_name[source_id, record.name]
-    state.frame_by_name[source_id, label] = frame_id
-    state.frames[frame_id] = dataclasses.replace(record, name=label)
-    state.changed(frames=True)
+    edit.drop(state.frame_by_name, (source_id, record.name))
+    edit.put((state.frame_by_name, (source_id, label), frame_id))
+    edit.put((state.frames, frame_id, record._replace(name=label)))
+    edit.changed(Part.FRAMES)
 
 
-def rename_geometry(
-    state: GeometryState, source_id: SourceId, geometry_id: GeometryId, name: str
-) -> None:
+def rename_geometry(edit: Edit, source_id: SourceId, geometry_id: GeometryId, name: str) -> None:
     """Give a geometry of the source another name, unique on its frame for each of its roles."""
+    state = edit.state
     record = state.own_geometry(source_id, geometry_id)
     label = canonical_name("geometry", name)
     if label == record.name:
@@ -155,7 +158,7 @@ def rename_geometry(
     for role in record.properties:
         check_name_is_free(state, record.frame_id, role, label)
     for role in record.properties:
-        del state.geometry_by_name[record.frame_id, role, record.name]
-        state.geometry_by_name[record.frame_id, role, label] = geometry_id
-    state.geometries[geometry_id] = dataclasses.replace(record, name=label)
-    state.changed()
+        edit.drop(state.geometry_by_name, (record.frame_id, role, record.name))
+        edit.put((state.geometry_by_name, (record.frame_id, role, label), geometry_id))
+    edit.put((state.geometries, geometry_id, record._replace(name=label)))
+    edit.changed()

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 import enum
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Concatenate, NamedTuple, ParamSpec, Protocol, TypeVar
 
 from scene_graph_ros.geometry.errors import FilterHistoryError
 from scene_graph_ros.geometry.model.geometry_set import GeometrySet
 from scene_graph_ros.geometry.model.ids import FilterId, GeometryId
 from scene_graph_ros.geometry.model.pair_filter import Operation, PairFilter, Statement
+from scene_graph_ros.geometry.model.writes import Writes
 from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = [
@@ -21,6 +22,10 @@ __all__ = [
     "CollisionFilterManager",
     "CollisionFilterScope",
 ]
+
+
+Arguments = ParamSpec("Arguments")
+Result = TypeVar("Result")
 
 
 class CollisionFilterScope(enum.Enum):
@@ -110,7 +115,12 @@ def _check_declaration(declaration: Any) -> None:
 
 
 class _FilterOwner(Protocol):
-    def change_filters(self, change: Callable[[PairFilter], object]) -> object: ...
+    def change_filters(
+        self,
+        change: Callable[Concatenate[PairFilter, Writes, Arguments], Result],
+        *arguments: Arguments.args,
+        **named: Arguments.kwargs,
+    ) -> Result: ...
 
     def filters(self) -> PairFilter: ...
 
@@ -140,7 +150,7 @@ class CollisionFilterManager:
                 " force: remove them first"
             )
         statements = declaration.resolve(self._owner.resolve_set)
-        self._owner.change_filters(lambda filters: filters.apply(statements))
+        self._owner.change_filters(PairFilter.apply, statements)
 
     def apply_transient(self, declaration: CollisionFilterDeclaration) -> FilterId:
         """Apply a declaration until it is removed; return the id to remove it by.
@@ -150,15 +160,13 @@ class CollisionFilterManager:
         """
         _check_declaration(declaration)
         statements = declaration.resolve(self._owner.resolve_set)
-        result = self._owner.change_filters(lambda filters: filters.apply_transient(statements))
-        assert isinstance(result, FilterId)
-        return result
+        return self._owner.change_filters(PairFilter.apply_transient, statements)
 
     def remove_declaration(self, filter_id: FilterId) -> bool:
         """Undo a transient declaration. Returns False if the id names none in force."""
         if not self.is_active(filter_id):
             return False
-        return bool(self._owner.change_filters(lambda filters: filters.remove(filter_id)))
+        return self._owner.change_filters(PairFilter.remove, filter_id)
 
     def is_active(self, filter_id: FilterId) -> bool:
         """Tell whether a transient declaration is in force."""

@@ -13,6 +13,7 @@ from scene_graph_ros.geometry.model.deformable import Configuration
 from scene_graph_ros.geometry.model.ids import GeometryId, SourceId
 from scene_graph_ros.geometry.model.records import deformable_of
 from scene_graph_ros.geometry.model.state import GeometryState
+from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
 
 __all__ = ["checked_configurations"]
@@ -44,10 +45,7 @@ def checked_configurations(
 
 
 def _checked_positions(value: Any, count: int, label: str) -> NDArray[np.float64]:
-    try:
-        q_WG = np.array(value, dtype=np.float64, order="C")
-    except (TypeError, ValueError, OverflowError) as error:
-        raise InvalidConfigurationError(f"{label} must be numbers: {error}") from error
+    q_WG = real_array(value, f"{label} must be numbers", InvalidConfigurationError)
     if q_WG.shape not in ((count, 3), (3 * count,)):
         raise InvalidConfigurationError(
             f"{label} must be ({count}, 3) or ({3 * count},), not {q_WG.shape}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 import itertools
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -36,6 +36,20 @@ _FEW = 100
 """Poses are copied in less time than it takes to find out which memory is free."""
 
 
+class _Moment(NamedTuple):
+    """All that a context has beside its model, so that it changes at once."""
+
+    layout: FrameLayout
+    model_version: int
+    """Of the model that the layout was last compared with."""
+    X_PF: NDArray[np.float64]
+    """(f, 4, 4) in the layout's rows; written to while no snapshot has it."""
+    lender: Lender
+    """Of such arrays."""
+    configurations: Mapping[GeometryId, Configuration]
+    pose_version: int
+
+
 class Context(ModelOwner):
     """A model of its own, and ``X_PF`` of every frame; frames start at the identity.
 
@@ -46,39 +60,45 @@ class Context(ModelOwner):
 
     def __init__(self, state: GeometryState) -> None:
         super().__init__(state)
-        self._layout = state.layout()
-        self._version_of_layout = state.version
-        self._X_PF = np.tile(np.eye(4), (len(self._layout.ids), 1, 1))
+        layout = state.layout()
+        X_PF = np.tile(np.eye(4), (len(layout.ids), 1, 1))
+        self._moment = _Moment(
+            layout,
+            state.version,
+            X_PF,
+            Lender(X_PF.shape),
+            NO_CONFIGURATIONS,
+            next(_pose_versions),
+        )
         self._poses_are_shared = False
-        self._lender = Lender(self._X_PF.shape)
-        self._configurations: Mapping[GeometryId, Configuration] = NO_CONFIGURATIONS
-        self._pose_version = next(_pose_versions)
+        """Whether a snapshot may have the moment's array of poses."""
         self._snapshot: Snapshot | None = None
         self._memory = Memory()
 
     @property
     def model_version(self) -> int:
         """A number that is the same for the same model only."""
-        return self._state.version
+        return self.state.version
 
     @property
     def pose_version(self) -> int:
         """A number that grows with every change of a pose or a configuration."""
-        return self._pose_version
+        return self._moment.pose_version
 
     @property
     def snapshot(self) -> Snapshot:
         """The current moment; the same object until the model or a pose changes."""
         with self._lock:
-            last, state = self._snapshot, self._state
+            last, state, moment = self._snapshot, self.state, self._moment
             # What a snapshot shares is never changed: another model is another object.
-            if last is None or last.state is not state or last.pose_version != self._pose_version:
-                if self._version_of_layout != state.version:  # else a call that finds nothing
-                    self._fit_layout()
+            if last is None or last.state is not state or last.pose_version != moment.pose_version:
+                if moment.model_version != state.version:  # else a call that finds nothing
+                    moment = self._fitted()
                 self._poses_are_shared = state.shared = True
                 last = self._snapshot = Snapshot(
-                    state, self._X_PF, self._pose_version, self._memory, self._configurations, last
-                )
+                    state, moment.X_PF, moment.pose_version, self._memory, moment.configurations,
+                    last,
+                )  # fmt: skip
             return last
 
     def inspector(self) -> SceneGraphInspector:
@@ -97,42 +117,60 @@ class Context(ModelOwner):
         unknown source or frame; OwnershipError for a frame of another source.
         """
         with self._lock:
-            layout = self._layout
-            if self._version_of_layout != self._state.version:  # as above
-                layout = self._fit_layout()
+            state, moment = self.state, self._moment
+            if moment.model_version != state.version:  # as above
+                moment = self._fitted()
+            layout = moment.layout
             rows = layout.source_rows.get(source_id) if type(source_id) is SourceId else None
             if rows is None:
-                rows = layout.source_rows[self._state.require_source(source_id)]
+                rows = layout.source_rows[state.require_source(source_id)]
             if type(poses) is not np.ndarray and isinstance(poses, Mapping):
-                if not poses.keys() <= self._state.source_frames[source_id].keys():
+                if not poses.keys() <= state.source_frames[source_id].keys():
                     self._refuse_frames(source_id, poses)
-                rows, given = stacked_poses(self._state, poses)
+                rows, given = stacked_poses(state, poses)
             else:
                 given = self._batch(source_id, len(rows), poses)
-            X_PF = self._own_poses(len(rows))
-            bad, status = store_poses(given, rows, X_PF)
+            bad, status = self._store(moment, rows, given)
             if status != VALID:
                 raise refuse_frame_pose(layout.names[rows[bad]], status, given[bad])
-            self._X_PF, self._poses_are_shared = X_PF, False
-            self._pose_version = next(_pose_versions)
+
+    def _store(
+        self, moment: _Moment, rows: NDArray[np.int64], given: NDArray[np.float64]
+    ) -> tuple[int, int]:
+        """Put another moment in place, if all poses are valid; return what store_poses does."""
+        found: tuple[int, int]
+        if self._poses_are_shared:
+            X_PF = self._other_poses(moment, len(rows))
+            found = store_poses(given, rows, X_PF)
+            if found[1] == VALID:
+                self._moment = moment._replace(X_PF=X_PF, pose_version=next(_pose_versions))
+                self._poses_are_shared = False
+            return found
+        # Of what nobody looks at the version comes first: the kernel writes all poses or none.
+        self._moment = moment._replace(pose_version=next(_pose_versions))
+        found = store_poses(given, rows, moment.X_PF)
+        if found[1] != VALID:
+            self._moment = moment
+        return found
 
     def set_frame_pose(self, source_id: SourceId, frame_id: FrameId, X_PF: Any) -> None:
         """Move one frame of a source; see set_frame_poses."""
-        self._state.require_source(source_id)
-        self.set_frame_poses(source_id, {self._state.frame(frame_id).id: X_PF})
+        state = self.state
+        state.require_source(source_id)
+        self.set_frame_poses(source_id, {state.frame(frame_id).id: X_PF})
 
     def frame_poses(self, source_id: SourceId) -> NDArray[np.float64]:
         """Return ``X_PF`` ``(n, 4, 4)`` of a source's frames in the order of registration."""
         with self._lock:
-            self._state.require_source(source_id)
-            layout = self._fit_layout()
-            return self._X_PF[layout.source_rows[source_id]]
+            self.state.require_source(source_id)
+            moment = self._fitted()
+            return moment.X_PF[moment.layout.source_rows[source_id]]
 
     def frame_pose(self, frame_id: FrameId) -> NDArray[np.float64]:
         """Return ``X_PF`` ``(4, 4)`` of a frame. Raises UnknownIdError for an unknown frame."""
         with self._lock:
-            layout = self._fit_layout()
-            return self._X_PF[layout.row[self._state.frame(frame_id).id]].copy()
+            moment = self._fitted()
+            return moment.X_PF[moment.layout.row[self.state.frame(frame_id).id]].copy()
 
     def set_configurations(
         self, source_id: SourceId, configurations: Mapping[GeometryId, ArrayLike]
@@ -147,18 +185,19 @@ class Context(ModelOwner):
         for an unknown source or geometry; OwnershipError for a geometry of another source.
         """
         with self._lock:
-            state = self._state
+            state, moment = self.state, self._moment
             accepted = checked_configurations(state, source_id, configurations)
             if accepted:
                 # Those of geometries that were removed meanwhile are let go.
                 known = {
                     geometry_id: configuration
-                    for geometry_id, configuration in self._configurations.items()
+                    for geometry_id, configuration in moment.configurations.items()
                     if (record := state.geometries.get(geometry_id)) is not None
                     and record.deformable is configuration.deformable
                 }
-                self._configurations = known | accepted
-                self._pose_version = next(_pose_versions)
+                self._moment = moment._replace(
+                    configurations=known | accepted, pose_version=next(_pose_versions)
+                )
 
     def configuration(self, geometry_id: GeometryId) -> NDArray[np.float64]:
         """Return the positions ``(v, 3)`` of a deformable geometry's vertices in W, read-only.
@@ -170,11 +209,11 @@ class Context(ModelOwner):
     def clone(self) -> Context:
         """Return an independent context with the same model and poses."""
         with self._lock:
-            layout = self._fit_layout()
+            moment = self._fitted()
             result = Context(self.share())
-            result._layout = layout
-            result._X_PF = self._X_PF.copy()
-            result._configurations = self._configurations
+            result._moment = result._moment._replace(
+                X_PF=moment.X_PF.copy(), configurations=moment.configurations
+            )
             return result
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Context:
@@ -182,9 +221,9 @@ class Context(ModelOwner):
 
     def _refuse_frames(self, source_id: SourceId, frame_ids: Iterable[FrameId]) -> None:
         """Raise the error for the first frame that is not the source's."""
-        names = self._state.source_names
+        names = self.state.source_names
         for frame_id in frame_ids:
-            record = self._state.frame(frame_id)
+            record = self.state.frame(frame_id)
             if record.source_id != source_id:
                 raise OwnershipError(
                     f"frame {record.name!r} ({frame_id!r}) belongs to source"
@@ -196,7 +235,7 @@ class Context(ModelOwner):
         shape = (count, 4, 4)
         if type(poses) is np.ndarray and poses.shape == shape and is_for_kernels(poses):
             return poses
-        label = f"X_PFs of source {self._state.source_names[source_id]!r}"
+        label = f"X_PFs of source {self.state.source_names[source_id]!r}"
         if isinstance(poses, (list, tuple)):
             poses = np.array([to_pose_array(X, label) for X in poses]).reshape(-1, 4, 4)
         given = to_pose_array(poses, label)
@@ -206,31 +245,37 @@ class Context(ModelOwner):
             )
         return given
 
-    def _own_poses(self, count: int) -> NDArray[np.float64]:
+    @staticmethod
+    def _other_poses(moment: _Moment, count: int) -> NDArray[np.float64]:
         """Return poses to write ``count`` of to: a snapshot keeps the array it was given."""
-        if not self._poses_are_shared:
-            return self._X_PF
-        if count + 1 < len(self._X_PF) or len(self._X_PF) <= _FEW:
-            return self._X_PF.copy()
-        # All but the world's are going to be written, whose pose is right in an array of before.
-        result, was_used = self._lender.take()
-        if not was_used:
-            result[0] = self._X_PF[0]
-        return result
+        if count + 1 < len(moment.X_PF) or len(moment.X_PF) <= _FEW:
+            return moment.X_PF.copy()
 
-    def _fit_layout(self) -> FrameLayout:
+        def begin(X_PF: NDArray[np.float64]) -> None:
+            X_PF[0] = moment.X_PF[0]
+
+        # All but the world's are going to be written, whose pose is right in an array of before.
+        return moment.lender.take(begin)
+
+    def _fitted(self) -> _Moment:
         """Bring the poses into the rows of the current model; new frames start at identity."""
-        if self._version_of_layout == self._state.version:
-            return self._layout
-        layout = self._state.layout()
-        if layout is not self._layout:
+        state, moment = self.state, self._moment
+        if moment.model_version == state.version:
+            return moment
+        layout, before = state.layout(), moment.layout
+        fitted = moment._replace(model_version=state.version)
+        if layout is not before:
             X_PF = np.tile(np.eye(4), (len(layout.ids), 1, 1))
-            old_row = self._layout.row
-            kept = [(row, old_row[i]) for row, i in enumerate(layout.ids) if i in old_row]
+            kept = [(row, before.row[i]) for row, i in enumerate(layout.ids) if i in before.row]
             new_rows, old_rows = zip(*kept, strict=True)
-            X_PF[list(new_rows)] = self._X_PF[list(old_rows)]
-            self._X_PF, self._layout, self._poses_are_shared = X_PF, layout, False
-            self._lender = Lender(X_PF.shape)
-            self._pose_version = next(_pose_versions)
-        self._version_of_layout = self._state.version
-        return layout
+            X_PF[list(new_rows)] = moment.X_PF[list(old_rows)]
+            fitted = fitted._replace(
+                layout=layout,
+                X_PF=X_PF,
+                lender=Lender(X_PF.shape),
+                pose_version=next(_pose_versions),
+            )
+        self._moment = fitted
+        if fitted.X_PF is not moment.X_PF:
+            self._poses_are_shared = False
+        return fitted

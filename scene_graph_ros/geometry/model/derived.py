@@ -2,7 +2,7 @@
 
 A function that derives something says beside its definition what that depends on. It is called
 like any function; whoever changes a model says which parts of it have changed, and what depends
-on none of them is kept.
+on none of them is kept: the changed model gets those values in the write that changes it.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterable
 import enum
 import functools
+import sys
 import threading
 from typing import Any, Protocol, TypeVar, TypeVarTuple
 
@@ -25,6 +26,8 @@ class Part(enum.Enum):
     """Sources and frames: what there is, in which order, with which names and parents."""
     FILTERS = "filters"
     """Declarations that exclude pairs from collision."""
+
+    __hash__ = object.__hash__  # as Role's
 
 
 class _Slot:
@@ -44,19 +47,23 @@ class _Slot:
         self.is_renewed = is_renewed
 
 
-_computing: dict[int, list[_Slot]] = {}
-"""What each thread that computes a value is about, the innermost last."""
+_computing: set[int] = set()
+"""Threads that compute a value; also one that was interrupted, until it asks again."""
 
 
 def _check_dependence(slot: _Slot) -> None:
     """Assert that what this thread computes just now may read the values of a slot."""
-    reading = _computing.get(threading.get_ident())
-    if reading:
-        outer = reading[-1]
-        assert slot.parts <= outer.parts, (
-            f"{outer.function.__name__} reads {slot.function.__name__}, which depends on"
-            f" {sorted(str(part) for part in slot.parts - outer.parts)}, too"
-        )
+    frame = sys._getframe()
+    while frame.f_code is not _computed.__code__:
+        if frame.f_back is None:
+            _computing.discard(threading.get_ident())
+            return
+        frame = frame.f_back
+    outer = frame.f_locals["slot"]
+    assert slot.parts <= outer.parts, (
+        f"{outer.function.__name__} reads {slot.function.__name__}, which depends on"
+        f" {sorted(str(part) for part in slot.parts - outer.parts)}, too"
+    )
 
 
 class DerivedValues:
@@ -78,7 +85,7 @@ class DerivedValues:
 
     def of(self, slot: _Slot, owner: Any, arguments: tuple[Hashable, ...]) -> Any:
         """Return a value, computed once; other threads wait for it."""
-        if _computing:
+        if _computing and threading.get_ident() in _computing:
             _check_dependence(slot)
         key = (slot, arguments)
         try:
@@ -91,24 +98,35 @@ class DerivedValues:
                 self._values[key] = _computed(slot, (owner, *arguments, *before))
             return self._values[key]
 
-    def forget(self, changed: Iterable[Part | Role]) -> None:
-        """Forget what depends on what has changed; one thread at a time."""
+    def without(self, changed: Iterable[Part | Role]) -> DerivedValues:
+        """Return what does not depend on what has changed: these values where it is all of them.
+
+        These stay as they are.
+        """
+        if not self._values:
+            return self
         parts = frozenset(changed)
-        for key in [key for key in self._values if not parts.isdisjoint(key[0].parts)]:
-            value = self._values.pop(key)
+        with self._lock:
+            gone = [key for key in self._values if not parts.isdisjoint(key[0].parts)]
+            if not gone:
+                return self
+            result = self.copy()
+        for key in gone:
+            value = result._values.pop(key)
             if key[0].is_renewed:
-                self._before[key] = value
+                result._before[key] = value
+        return result
 
 
 def _computed(slot: _Slot, arguments: tuple[Any, ...]) -> Any:
     thread = threading.get_ident()
-    _computing.setdefault(thread, []).append(slot)
+    is_outermost = thread not in _computing
     try:
+        _computing.add(thread)
         return slot.function(*arguments)
     finally:
-        _computing[thread].pop()
-        if not _computing[thread]:
-            del _computing[thread]
+        if is_outermost:
+            _computing.discard(thread)
 
 
 class _Model(Protocol):

@@ -21,7 +21,7 @@ class Memory:
     __slots__ = ("_known", "lock")
 
     def __init__(self) -> None:
-        self.lock = threading.Lock()
+        self.lock = threading.RLock()
         """Of who computes something of a snapshot that others may want at the same time."""
         self._known: dict[Hashable, tuple[Any, Any]] = {}
 

@@ -7,14 +7,16 @@ not in here: they never collide, whatever was declared.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping, Sequence
 import enum
+import itertools
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.model.ids import FilterId, GeometryId
+from scene_graph_ros.geometry.model.writes import Writes
 
 __all__ = ["Operation", "PairFilter", "Statement"]
 
@@ -65,32 +67,58 @@ class PairFilter:
         result._effective = self._effective
         return result
 
-    def apply(self, statements: Iterable[Statement]) -> None:
+    def apply(self, writes: Writes, statements: Iterable[Statement]) -> None:
         """Change the persistent state. There must be no transient statements."""
         assert not self._transient
-        for statement in statements:
-            self._reserve(statement)
-            self._own_bits()
-            self._write(self._bits, statement)
-        self._effective = None
+        kept = tuple(statements)
+        slots, bits = self._reserve(writes, kept)
+        rows = sorted(slots.values())
+        if rows:
+            # Beside the others, which stay as they are until all writes are done.
+            changed = bits[rows]
+            place = {row: k for k, row in enumerate(rows)}
+            for statement in kept:
+                _write(changed, place, slots, statement)
+            writes.put((self._own_bits(writes, bits), rows, changed))
+        writes.set(self, "_effective", None)
 
-    def apply_transient(self, statements: Iterable[Statement]) -> FilterId:
+    def apply_transient(self, writes: Writes, statements: Iterable[Statement]) -> FilterId:
         """Put statements on top of all earlier ones, to be removed by the returned id."""
         kept = tuple(statements)
-        for statement in kept:
-            self._reserve(statement)
+        _, bits = self._reserve(writes, kept)
+        if bits is not self._bits:
+            self._own_bits(writes, bits)
         filter_id = FilterId.get_new_id()
-        self._transient[filter_id] = kept
-        self._effective = None
+        writes.put((self._transient, filter_id, kept))
+        writes.set(self, "_effective", None)
         return filter_id
 
-    def remove(self, filter_id: FilterId) -> bool:
+    def remove(self, writes: Writes, filter_id: FilterId) -> bool:
         """Undo a transient application; return whether it was active."""
         if filter_id not in self._transient:
             return False
-        del self._transient[filter_id]
-        self._effective = None
+        writes.drop(self._transient, filter_id)
+        writes.set(self, "_effective", None)
         return True
+
+    def forget(self, writes: Writes, ids: Sequence[GeometryId]) -> None:
+        """Drop all that was declared about geometries, which lose their role or are removed."""
+        gone = frozenset(ids)
+        for filter_id, statements in self._transient.items():
+            if any(not gone.isdisjoint(s.ids_A | s.ids_B) for s in statements):
+                writes.put(
+                    (self._transient, filter_id, tuple(_without(gone, s) for s in statements))
+                )
+        slots = [self._slots[i] for i in ids if i in self._slots]
+        if slots:
+            writes.set(self, "_effective", None)
+            bits, kept = self._own_bits(writes, self._bits), ~_packed(slots, len(self._bits))
+            for column in sorted({slot >> 3 for slot in slots}):
+                writes.put((bits, (slice(None), column), self._bits[:, column] & kept[column]))
+            writes.put((bits, slots, 0))
+            for geometry_id in ids:
+                writes.drop(self._slots, geometry_id)
+            writes.set(self, "_free", [*self._free, *slots])
 
     def is_active(self, filter_id: FilterId) -> bool:
         """Tell whether a transient application is in force."""
@@ -99,21 +127,6 @@ class PairFilter:
     def has_transient_history(self) -> bool:
         """Tell whether there are transient statements."""
         return bool(self._transient)
-
-    def forget(self, geometry_id: GeometryId) -> None:
-        """Drop all that was declared about a geometry, which loses its role or is removed."""
-        self._transient = {
-            filter_id: tuple(_without(geometry_id, s) for s in statements)
-            for filter_id, statements in self._transient.items()
-        }
-        self._effective = None
-        slot = self._slots.pop(geometry_id, None)
-        if slot is None:
-            return
-        self._own_bits()
-        self._bits[slot] = 0
-        self._bits[:, slot >> 3] &= np.uint8(0xFF ^ (1 << (slot & 7)))
-        self._free.append(slot)
 
     def is_excluded(self, id_A: GeometryId, id_B: GeometryId) -> bool:
         """Tell whether the pair was excluded and not allowed again since."""
@@ -165,47 +178,82 @@ class PairFilter:
         effective = self._effective
         if effective is None:
             effective = self._bits.copy()
+            every = range(len(effective))
             for statements in self._transient.values():
                 for statement in statements:
-                    self._write(effective, statement)
+                    _write(effective, every, self._slots, statement)
             self._effective = effective
         return effective
 
-    def _reserve(self, statement: Statement) -> None:
-        """Give slots to the geometries of an excluding statement."""
-        if statement.operation is Operation.ALLOW or not (statement.ids_A and statement.ids_B):
-            return
-        for geometry_id in sorted((statement.ids_A | statement.ids_B) - self._slots.keys()):
-            self._slots[geometry_id] = self._free.pop() if self._free else len(self._slots)
-        if len(self._slots) + len(self._free) > len(self._bits):
-            self._grow(len(self._slots) + len(self._free))
+    def _reserve(
+        self, writes: Writes, statements: Iterable[Statement]
+    ) -> tuple[dict[GeometryId, int], Bits]:
+        """Give slots to the geometries of excluding statements.
 
-    def _grow(self, needed: int) -> None:
-        capacity = max(8, 1 << (needed - 1).bit_length())
-        grown = np.zeros((capacity, capacity // 8), dtype=np.uint8)
-        old = self._bits
-        grown[: old.shape[0], : old.shape[1]] = old
-        self._bits, self._bits_are_shared = grown, False
+        Returns the slots of all geometries in the statements that have one, and bits that have
+        room for them.
+        """
+        needed = {
+            geometry_id
+            for s in statements
+            if s.operation is Operation.EXCLUDE and s.ids_A and s.ids_B
+            for geometry_id in s.ids_A | s.ids_B
+        }
+        known = self._slots
+        slots = {i: known[i] for s in statements for i in s.ids_A | s.ids_B if i in known}
+        new = sorted(needed - slots.keys())
+        if not new:
+            return slots, self._bits
+        free, count = list(self._free), len(self._slots) + len(self._free)
+        numbers = itertools.count(count)
+        given = {i: free.pop() if free else next(numbers) for i in new}
+        for geometry_id, slot in given.items():
+            writes.put((self._slots, geometry_id, slot))
+        writes.set(self, "_free", free)
+        return slots | given, _grown(self._bits, next(numbers))
 
-    def _own_bits(self) -> None:
-        if self._bits_are_shared:
-            self._bits, self._bits_are_shared = self._bits.copy(), False
-
-    def _write(self, bits: Bits, statement: Statement) -> None:
-        slots_A = [self._slots[i] for i in statement.ids_A if i in self._slots]
-        slots_B = [self._slots[i] for i in statement.ids_B if i in self._slots]
-        if not slots_A or not slots_B:
-            return
-        packed_A, packed_B = _packed(slots_A, len(bits)), _packed(slots_B, len(bits))
-        if statement.operation is Operation.EXCLUDE:
-            bits[slots_A] |= packed_B
-            bits[slots_B] |= packed_A
-        else:
-            bits[slots_A] &= ~packed_B
-            bits[slots_B] &= ~packed_A
+    def _own_bits(self, writes: Writes, bits: Bits) -> Bits:
+        """Return the bits that are written to: those given, unless others look at them."""
+        if bits is self._bits and not self._bits_are_shared:
+            return bits
+        if bits is self._bits:
+            bits = bits.copy()
+        writes.set(self, "_bits", bits)
+        writes.set(self, "_bits_are_shared", False)
+        return bits
 
 
-def _without(geometry_id: GeometryId, statement: Statement) -> Statement:
-    return statement._replace(
-        ids_A=statement.ids_A - {geometry_id}, ids_B=statement.ids_B - {geometry_id}
-    )
+def _grown(bits: Bits, needed: int) -> Bits:
+    """Return bits with room for so many slots: those given where they have it."""
+    if needed <= len(bits):
+        return bits
+    capacity = max(8, 1 << (needed - 1).bit_length())
+    grown = np.zeros((capacity, capacity // 8), dtype=np.uint8)
+    grown[: bits.shape[0], : bits.shape[1]] = bits
+    return grown
+
+
+def _write(
+    rows: Bits,
+    row_of: Mapping[int, int] | range,
+    slots: Mapping[GeometryId, int],
+    statement: Statement,
+) -> None:
+    """Write a statement to the rows of bits of its slots."""
+    slots_A = [slots[i] for i in statement.ids_A if i in slots]
+    slots_B = [slots[i] for i in statement.ids_B if i in slots]
+    if not slots_A or not slots_B:
+        return
+    rows_A, rows_B = ([row_of[slot] for slot in some] for some in (slots_A, slots_B))
+    capacity = 8 * rows.shape[1]
+    packed_A, packed_B = _packed(slots_A, capacity), _packed(slots_B, capacity)
+    if statement.operation is Operation.EXCLUDE:
+        rows[rows_A] |= packed_B
+        rows[rows_B] |= packed_A
+    else:
+        rows[rows_A] &= ~packed_B
+        rows[rows_B] &= ~packed_A
+
+
+def _without(ids: frozenset[GeometryId], statement: Statement) -> Statement:
+    return statement._replace(ids_A=statement.ids_A - ids, ids_B=statement.ids_B - ids)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,8 +27,7 @@ WORLD_FRAME_ID = FrameId.get_new_id()
 """The one frame that never moves; the same in every scene graph."""
 
 
-@dataclass(frozen=True, slots=True)
-class FrameRecord:
+class FrameRecord(NamedTuple):
     """A registered frame F with its parent frame P; the world is its own parent."""
 
     id: FrameId
@@ -38,8 +37,7 @@ class FrameRecord:
     frame_group: int
 
 
-@dataclass(frozen=True, slots=True)
-class GeometryRecord:
+class GeometryRecord(NamedTuple):
     """A registered geometry G on frame F; its parent P is F or another geometry on F."""
 
     id: GeometryId

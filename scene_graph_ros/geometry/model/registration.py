@@ -1,4 +1,4 @@
-"""Adding sources, frames and geometries to a state. Everything is checked before it changes."""
+"""Edits that add sources, frames and geometries."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from typing import Any
 
 from scene_graph_ros.geometry.errors import DeformableError, NameConflictError, UnknownIdError
 from scene_graph_ros.geometry.model.deformable import Deformable
+from scene_graph_ros.geometry.model.derived import Part
+from scene_graph_ros.geometry.model.edit import Edit
 from scene_graph_ros.geometry.model.frame import GeometryFrame
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
 from scene_graph_ros.geometry.model.instance import GeometryInstance
@@ -19,7 +21,7 @@ from scene_graph_ros.geometry.model.records import (
     WORLD_FRAME_ID,
 )
 from scene_graph_ros.geometry.model.roles import Role
-from scene_graph_ros.geometry.model.state import GeometryState
+from scene_graph_ros.geometry.model.state import GeometryState, ROLES
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.spatial.poses import compose
 
@@ -33,8 +35,9 @@ __all__ = [
 ]
 
 
-def add_source(state: GeometryState, name: str) -> SourceId:
+def add_source(edit: Edit, name: str) -> SourceId:
     """Add a source; an empty name becomes one made of its id."""
+    state = edit.state
     source_id = SourceId.get_new_id()
     if not isinstance(name, str):
         raise NameConflictError(f"the name of a source must be text, not {quoted(name)}")
@@ -43,17 +46,20 @@ def add_source(state: GeometryState, name: str) -> SourceId:
         raise NameConflictError(
             f"the source name {label!r} is taken by {state.source_by_name[label]!r}"
         )
-    state.source_names[source_id] = label
-    state.source_by_name[label] = source_id
-    state.source_frames[source_id] = {}
-    state.changed(frames=True)
+    edit.put(
+        (state.source_names, source_id, label),
+        (state.source_by_name, label, source_id),
+        (state.source_frames, source_id, {}),
+    )
+    edit.changed(Part.FRAMES)
     return source_id
 
 
 def add_frame(
-    state: GeometryState, source_id: SourceId, frame: GeometryFrame, parent_id: FrameId
+    edit: Edit, source_id: SourceId, frame: GeometryFrame, parent_id: FrameId
 ) -> FrameId:
     """Add a frame below a frame of the same source, or below the world."""
+    state = edit.state
     state.require_source(source_id)
     if not isinstance(frame, GeometryFrame):
         raise TypeError(f"register_frame needs a GeometryFrame, not {quoted(frame)}")
@@ -65,13 +71,15 @@ def add_frame(
     if (source_id, frame.name()) in state.frame_by_name:
         raise NameConflictError(f"source {source!r} has a frame named {frame.name()!r} already")
     record = FrameRecord(frame.id(), source_id, parent_id, frame.name(), frame.frame_group())
-    state.frames[record.id] = record
-    state.frame_by_name[source_id, record.name] = record.id
-    state.source_frames[source_id][record.id] = None
-    state.frame_children[parent_id][record.id] = None
-    state.frame_children[record.id] = {}
-    state.frame_geometries[record.id] = {}
-    state.changed(frames=True)
+    edit.put(
+        (state.frames, record.id, record),
+        (state.frame_by_name, (source_id, record.name), record.id),
+        (state.source_frames[source_id], record.id, None),
+        (state.frame_children[parent_id], record.id, None),
+        (state.frame_children, record.id, {}),
+        (state.frame_geometries, record.id, {}),
+    )
+    edit.changed(Part.FRAMES)
     return record.id
 
 
@@ -103,7 +111,7 @@ def check_deformable_frame(state: GeometryState, source_id: SourceId, frame_id: 
 
 
 def add_geometry(
-    state: GeometryState,
+    edit: Edit,
     source_id: SourceId,
     parent: FrameId | GeometryId,
     instance: GeometryInstance,
@@ -113,6 +121,7 @@ def add_geometry(
 
     With ``deformable`` it is one, and its parent must be the world.
     """
+    state = edit.state
     state.require_source(source_id)
     record = _record(state, source_id, parent, instance, deformable)
     if record.id in state.geometries:
@@ -126,14 +135,22 @@ def add_geometry(
             check_proximity(record, properties)
         elif role is Role.PERCEPTION:
             read_perception_properties(properties, record.name)
-    state.geometries[record.id] = record
-    state.frame_geometries[record.frame_id][record.id] = None
+    edit.put(
+        (state.geometries, record.id, record),
+        (state.frame_geometries[record.frame_id], record.id, None),
+    )
     if record.parent_id is not None:
-        state.geometry_children.setdefault(record.parent_id, {})[record.id] = None
+        siblings = state.geometry_children.get(record.parent_id)
+        if siblings is None:
+            edit.put((state.geometry_children, record.parent_id, {record.id: None}))
+        else:
+            edit.put((siblings, record.id, None))
     for role in record.properties:
-        state.geometry_by_name[record.frame_id, role, record.name] = record.id
-        state.with_role[role][record.id] = None
-    state.changed(roles=record.properties)
+        edit.put(
+            (state.geometry_by_name, (record.frame_id, role, record.name), record.id),
+            (state.with_role[role], record.id, None),
+        )
+    edit.changed(*record.properties)
     return record.id
 
 
@@ -171,7 +188,7 @@ def _record(
         X_FG=X_FG,
         properties={
             properties.role: properties.read_only_copy()
-            for role in Role
+            for role in ROLES
             if (properties := instance.properties(role)) is not None
         },
         deformable=deformable,

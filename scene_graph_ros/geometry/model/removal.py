@@ -1,53 +1,60 @@
-"""Removing sources, frames, geometries and roles from a state, with all that hangs on them."""
+"""Edits that remove sources, frames, geometries and roles, with all that hangs on them."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-import dataclasses
 
 from scene_graph_ros.geometry.errors import OwnershipError
+from scene_graph_ros.geometry.model.derived import Part
+from scene_graph_ros.geometry.model.edit import Edit
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
 from scene_graph_ros.geometry.model.records import GeometryRecord, WORLD_FRAME_ID
 from scene_graph_ros.geometry.model.roles import checked_role, Role
-from scene_graph_ros.geometry.model.state import GeometryState, ROLES
+from scene_graph_ros.geometry.model.state import GeometryState
 
 __all__ = ["remove_frame", "remove_geometry", "remove_role", "remove_source"]
 
 
-def remove_geometry(state: GeometryState, source_id: SourceId, geometry_id: GeometryId) -> None:
+def remove_geometry(edit: Edit, source_id: SourceId, geometry_id: GeometryId) -> None:
     """Remove a geometry of the source and every geometry that hangs on it."""
-    state.own_geometry(source_id, geometry_id)
-    _remove_geometries(state, [geometry_id])
+    edit.state.own_geometry(source_id, geometry_id)
+    _remove_geometries(edit, _with_all_below(edit.state, [geometry_id]))
 
 
-def remove_frame(state: GeometryState, source_id: SourceId, frame_id: FrameId) -> None:
+def remove_frame(edit: Edit, source_id: SourceId, frame_id: FrameId) -> None:
     """Remove a frame of the source, the frames below it and all their geometries."""
+    state = edit.state
     if state.frame(frame_id).id == WORLD_FRAME_ID:
         raise OwnershipError("the world frame cannot be removed")
     state.own_frame(source_id, frame_id)
-    _remove_frames(state, [frame_id])
+    frames = _frames_below(state, [frame_id])
+    _remove_frames(edit, frames)
+    _remove_geometries(edit, _geometries_on(state, frames))
 
 
-def remove_source(state: GeometryState, source_id: SourceId) -> None:
+def remove_source(edit: Edit, source_id: SourceId) -> None:
     """Remove a source with all its frames and geometries."""
+    state = edit.state
     state.require_source(source_id)
     if source_id == state.frames[WORLD_FRAME_ID].source_id:
         raise OwnershipError("the source of the world frame cannot be removed")
-    _remove_frames(state, list(state.source_frames[source_id]))
-    anchored = state.frame_geometries[WORLD_FRAME_ID]
-    _remove_geometries(state, [i for i in anchored if state.geometries[i].source_id == source_id])
-    del state.source_by_name[state.source_names.pop(source_id)]
-    del state.source_frames[source_id]
-    state.changed(frames=True)
+    frames = _frames_below(state, state.source_frames[source_id])
+    _remove_frames(edit, frames)
+    on_world = state.frame_geometries[WORLD_FRAME_ID]
+    anchored = [i for i in on_world if state.geometries[i].source_id == source_id]
+    _remove_geometries(edit, [*_geometries_on(state, frames), *_with_all_below(state, anchored)])
+    edit.drop(state.source_by_name, state.source_names[source_id])
+    edit.drop(state.source_names, source_id)
+    edit.drop(state.source_frames, source_id)
+    edit.changed(Part.FRAMES)
 
 
-def remove_role(
-    state: GeometryState, source_id: SourceId, target: FrameId | GeometryId, role: Role
-) -> int:
+def remove_role(edit: Edit, source_id: SourceId, target: FrameId | GeometryId, role: Role) -> int:
     """Take a role from a geometry, or from the source's geometries on a frame; count them.
 
     UNASSIGNED, which is the absence of roles, is taken from none.
     """
+    state = edit.state
     checked_role(role)
     if isinstance(target, FrameId):
         state.require_source(source_id)
@@ -62,55 +69,84 @@ def remove_role(
         candidates = [state.own_geometry(source_id, target)]
     affected = [record for record in candidates if role in record.properties]
     for record in affected:
-        _unlist_role(state, record, role)
         properties = {r: p for r, p in record.properties.items() if r is not role}
-        state.geometries[record.id] = dataclasses.replace(record, properties=properties)
-    if affected:
-        state.changed(roles=(role,))
+        edit.put((state.geometries, record.id, record._replace(properties=properties)))
+    _unlist_roles(edit, affected, (role,))
     return len(affected)
 
 
-def _unlist_role(state: GeometryState, record: GeometryRecord, role: Role) -> None:
-    del state.with_role[role][record.id]
-    del state.geometry_by_name[record.frame_id, role, record.name]
-    if role is Role.PROXIMITY:
-        state.filters.forget(record.id)
+def _unlist_roles(
+    edit: Edit, records: Iterable[GeometryRecord], roles: Iterable[Role] = Role
+) -> None:
+    """Take some roles of geometries from the indices, and say that these roles have changed."""
+    state, near = edit.state, []
+    for record in records:
+        for role in roles:
+            if role in record.properties:
+                edit.drop(state.with_role[role], record.id)
+                edit.drop(state.geometry_by_name, (record.frame_id, role, record.name))
+                edit.changed(role)
+                if role is Role.PROXIMITY:
+                    near.append(record.id)
+    if near:
+        state.filters.forget(edit, near)
 
 
-def _remove_frames(state: GeometryState, frame_ids: list[FrameId]) -> None:
-    pending = [frame_id for frame_id in frame_ids if frame_id in state.frames]
+def _frames_below(state: GeometryState, frame_ids: Iterable[FrameId]) -> list[FrameId]:
+    """Return frames, and all that hang on them."""
+    found = dict.fromkeys(frame_ids)
+    pending = list(found)
     while pending:
-        frame_id = pending.pop()
-        record = state.frames.get(frame_id)
-        if record is None:
-            continue
-        pending.extend(state.frame_children.pop(frame_id))
-        _remove_geometries(state, list(state.frame_geometries.pop(frame_id)))
-        del state.frames[frame_id]
-        del state.frame_by_name[record.source_id, record.name]
-        del state.source_frames[record.source_id][frame_id]
-        siblings = state.frame_children.get(record.parent_id)
-        if siblings is not None:
-            del siblings[frame_id]
-    state.changed(frames=True)
+        children = [i for i in state.frame_children[pending.pop()] if i not in found]
+        found.update(dict.fromkeys(children))
+        pending += children
+    return list(found)
 
 
-def _remove_geometries(state: GeometryState, geometry_ids: Iterable[GeometryId]) -> None:
-    pending = list(geometry_ids)
-    roles: set[Role] = set()
+def _remove_frames(edit: Edit, frame_ids: Iterable[FrameId]) -> None:
+    state = edit.state
+    for frame_id in frame_ids:
+        record = state.frames[frame_id]
+        edit.drop(state.frames, frame_id)
+        edit.drop(state.frame_by_name, (record.source_id, record.name))
+        edit.drop(state.source_frames[record.source_id], frame_id)
+        edit.drop(state.frame_children[record.parent_id], frame_id)
+        edit.drop(state.frame_children, frame_id)
+        edit.drop(state.frame_geometries, frame_id)
+    edit.changed(Part.FRAMES)
+
+
+def _geometries_on(state: GeometryState, frame_ids: Iterable[FrameId]) -> list[GeometryId]:
+    """Return all geometries on frames: what hangs on one of them is on its frame."""
+    return [i for frame_id in frame_ids for i in state.frame_geometries[frame_id]]
+
+
+def _with_all_below(state: GeometryState, geometry_ids: Iterable[GeometryId]) -> list[GeometryId]:
+    """Return geometries, and all that hang on them."""
+    found = dict.fromkeys(geometry_ids)
+    pending = list(found)
     while pending:
-        record = state.geometries.pop(pending.pop(), None)
-        if record is None:
-            continue
-        pending.extend(state.geometry_children.pop(record.id, ()))
-        for role in record.properties:
-            _unlist_role(state, record, role)
-        roles.update(record.properties)
-        # Its frame or parent may be on its way out, and no longer listed.
-        state.frame_geometries.get(record.frame_id, {}).pop(record.id, None)
-        if record.parent_id is not None:
-            siblings = state.geometry_children.get(record.parent_id, {})
-            siblings.pop(record.id, None)
-            if not siblings:
-                state.geometry_children.pop(record.parent_id, None)
-    state.changed(roles=[role for role in ROLES if role in roles])
+        children = state.geometry_children.get(pending.pop(), {})
+        pending += [i for i in children if i not in found]
+        found.update(dict.fromkeys(children))
+    return list(found)
+
+
+def _remove_geometries(edit: Edit, geometry_ids: Iterable[GeometryId]) -> None:
+    state = edit.state
+    records = {i: state.geometries[i] for i in geometry_ids}
+    left: dict[GeometryId, set[GeometryId]] = {}
+    for geometry_id, record in records.items():
+        edit.drop(state.geometries, geometry_id)
+        edit.drop(state.geometry_children, geometry_id)
+        edit.drop(state.frame_geometries[record.frame_id], geometry_id)
+        parent_id = record.parent_id
+        if parent_id is not None and parent_id not in records:
+            siblings = state.geometry_children[parent_id]
+            edit.drop(siblings, geometry_id)
+            left.setdefault(parent_id, set(siblings)).discard(geometry_id)
+    for parent_id, siblings_left in left.items():
+        if not siblings_left:
+            edit.drop(state.geometry_children, parent_id)
+    edit.changed()
+    _unlist_roles(edit, records.values())

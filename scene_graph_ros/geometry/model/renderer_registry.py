@@ -27,13 +27,11 @@ class RendererRegistry:
         It makes no difference whether geometry comes before it or after. Raises NameConflictError
         for a name that is taken or no name, EngineError for what is no renderer.
         """
-        with self._owner(context).changing() as state:
-            renderers.add_renderer(state, name, renderer)
+        self._owner(context).change(renderers.add_renderer, name, renderer)
 
     def remove_renderer(self, name: str, *, context: Context | None = None) -> None:
         """Remove a renderer. Raises EngineError if there is none of that name."""
-        with self._owner(context).changing() as state:
-            renderers.remove_renderer(state, name)
+        self._owner(context).change(renderers.remove_renderer, name)
 
     def has_renderer(self, name: Any, *, context: Context | None = None) -> bool:
         """Tell whether there is a renderer of that name."""

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from scene_graph_ros.geometry.errors import EngineError, NameConflictError
+from scene_graph_ros.geometry.model.edit import Edit
 from scene_graph_ros.geometry.model.names import canonical_name
 from scene_graph_ros.geometry.model.renderer import Renderer
-from scene_graph_ros.geometry.model.state import GeometryState
 from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = ["add_renderer", "find_renderer", "remove_renderer"]
@@ -17,8 +17,9 @@ __all__ = ["add_renderer", "find_renderer", "remove_renderer"]
 _MEMBERS = ("type_name", "parameter_yaml", "render")
 
 
-def add_renderer(state: GeometryState, name: str, renderer: Any) -> None:
+def add_renderer(edit: Edit, name: str, renderer: Any) -> None:
     """Keep a renderer under a name of its own."""
+    state = edit.state
     label = canonical_name("renderer", name)
     missing = [member for member in _MEMBERS if not hasattr(renderer, member)]
     if missing or isinstance(renderer, type):
@@ -29,15 +30,17 @@ def add_renderer(state: GeometryState, name: str, renderer: Any) -> None:
         )
     if label in state.renderers:
         raise NameConflictError(f"there is a renderer named {label!r} already")
-    state.renderers = {**state.renderers, label: renderer}
-    state.changed()
+    edit.set(state, "renderers", {**state.renderers, label: renderer})
+    edit.changed()
 
 
-def remove_renderer(state: GeometryState, name: str) -> None:
+def remove_renderer(edit: Edit, name: str) -> None:
     """Forget a renderer."""
+    state = edit.state
     find_renderer(state.renderers, name)
-    state.renderers = {kept: r for kept, r in state.renderers.items() if kept != name}
-    state.changed()
+    kept = {each: r for each, r in state.renderers.items() if each != name}
+    edit.set(state, "renderers", kept)
+    edit.changed()
 
 
 def find_renderer(renderers: Mapping[str, Renderer], name: Any) -> Renderer:

@@ -12,6 +12,7 @@ from scene_graph_ros.geometry.model.collision_filter import (
     CollisionFilterManager,
 )
 from scene_graph_ros.geometry.model.context import Context
+from scene_graph_ros.geometry.model.edit import Edit
 from scene_graph_ros.geometry.model.frame import GeometryFrame
 from scene_graph_ros.geometry.model.geometry_set import GeometrySet
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
@@ -36,12 +37,19 @@ if TYPE_CHECKING:
 __all__ = ["SceneGraph"]
 
 
+def _set(edit: Edit, setting: str, value: Any) -> None:
+    """Set what queries are answered with."""
+    edit.set(edit.state, setting, value)
+    edit.changed()
+
+
 class SceneGraph(RendererRegistry, NotCopied):
     """The model of the world, from which contexts are made.
 
     Every method that changes the model takes ``context``: without it the scene graph's own model
     changes and contexts that exist keep theirs; with it that context's model changes, and neither
-    the scene graph nor any other context. A method that raises has changed nothing.
+    the scene graph nor any other context. A method that raises has changed nothing; one that is
+    interrupted has changed all that it is about, or nothing.
 
     Sources change only what they registered themselves; OwnershipError otherwise. UnknownIdError
     is raised for an id that names nothing.
@@ -98,17 +106,11 @@ class SceneGraph(RendererRegistry, NotCopied):
 
     def set_accuracy(self, accuracy: Accuracy | str, *, context: Context | None = None) -> None:
         """Choose another tier for the model's queries. Raises QueryArgumentError."""
-        tier = as_accuracy(accuracy)
-        with self._owner(context).changing() as state:
-            state.accuracy = tier
-            state.changed()
+        self._owner(context).change(_set, "accuracy", as_accuracy(accuracy))
 
     def set_engine(self, engine: Engine | str, *, context: Context | None = None) -> None:
         """Choose another engine for the model's queries. Raises as the constructor does."""
-        chosen = as_engine(engine)
-        with self._owner(context).changing() as state:
-            state.engine = chosen
-            state.changed()
+        self._owner(context).change(_set, "engine", as_engine(engine))
 
     # Contexts, queries, inspection.
 
@@ -179,8 +181,7 @@ class SceneGraph(RendererRegistry, NotCopied):
 
         Without a name one is made up. Raises NameConflictError if the name is taken or blank.
         """
-        with self._owner(context).changing() as state:
-            return registration.add_source(state, name)
+        return self._owner(context).change(registration.add_source, name)
 
     def register_frame(
         self,
@@ -195,9 +196,8 @@ class SceneGraph(RendererRegistry, NotCopied):
         Returns the frame's id. Raises NameConflictError if the source has a frame with that name,
         or the frame is registered already.
         """
-        with self._owner(context).changing() as state:
-            parent_id = WORLD_FRAME_ID if parent is None else parent
-            return registration.add_frame(state, source_id, frame, parent_id)
+        parent_id = WORLD_FRAME_ID if parent is None else parent
+        return self._owner(context).change(registration.add_frame, source_id, frame, parent_id)
 
     def register_geometry(
         self,
@@ -219,8 +219,7 @@ class SceneGraph(RendererRegistry, NotCopied):
         if geometry.properties(Role.PROXIMITY) is not None:
             read_mesh_data(geometry.shape())
         read_looks(geometry.shape(), geometry.properties, geometry.name())
-        with owner.changing() as state:
-            return registration.add_geometry(state, source_id, parent, geometry)
+        return owner.change(registration.add_geometry, source_id, parent, geometry)
 
     def register_anchored_geometry(
         self, source_id: SourceId, geometry: GeometryInstance, *, context: Context | None = None
@@ -260,8 +259,7 @@ class SceneGraph(RendererRegistry, NotCopied):
         made = make_deformable(geometry, resolution_hint, reference_mesh)
         read_looks(geometry.shape(), geometry.properties, geometry.name(), deforms=True)
         read_embedded_meshes(geometry.properties(role) for role in ROLES)
-        with owner.changing() as state:
-            return registration.add_geometry(state, source_id, frame_id, geometry, made)
+        return owner.change(registration.add_geometry, source_id, frame_id, geometry, made)
 
     # Roles.
 
@@ -283,8 +281,7 @@ class SceneGraph(RendererRegistry, NotCopied):
         owner = self._owner(context)
         owner.state.require_source(source_id)
         read_for_role(owner.state.geometry(geometry_id), properties)
-        with owner.changing() as state:
-            alteration.assign_role(state, source_id, geometry_id, properties, assign)
+        owner.change(alteration.assign_role, source_id, geometry_id, properties, assign)
 
     def remove_role(
         self,
@@ -299,8 +296,7 @@ class SceneGraph(RendererRegistry, NotCopied):
         Returns how many had it. What collision filters said about them is forgotten with the
         proximity role.
         """
-        with self._owner(context).changing() as state:
-            return removal.remove_role(state, source_id, target, role)
+        return self._owner(context).change(removal.remove_role, source_id, target, role)
 
     # Removal.
 
@@ -308,20 +304,17 @@ class SceneGraph(RendererRegistry, NotCopied):
         self, source_id: SourceId, geometry_id: GeometryId, *, context: Context | None = None
     ) -> None:
         """Remove a geometry, and the geometries that hang on it."""
-        with self._owner(context).changing() as state:
-            removal.remove_geometry(state, source_id, geometry_id)
+        self._owner(context).change(removal.remove_geometry, source_id, geometry_id)
 
     def remove_frame(
         self, source_id: SourceId, frame_id: FrameId, *, context: Context | None = None
     ) -> None:
         """Remove a frame, the frames below it and all their geometries."""
-        with self._owner(context).changing() as state:
-            removal.remove_frame(state, source_id, frame_id)
+        self._owner(context).change(removal.remove_frame, source_id, frame_id)
 
     def remove_source(self, source_id: SourceId, *, context: Context | None = None) -> None:
         """Remove a source with all its frames and geometries."""
-        with self._owner(context).changing() as state:
-            removal.remove_source(state, source_id)
+        self._owner(context).change(removal.remove_source, source_id)
 
     # Alteration.
 
@@ -345,8 +338,7 @@ class SceneGraph(RendererRegistry, NotCopied):
             read_mesh_data(checked_shape(shape, record.name))
         if record.deformable is None:
             read_looks(checked_shape(shape, record.name), record.properties.get, record.name)
-        with owner.changing() as state:
-            alteration.change_shape(state, source_id, geometry_id, shape, X_FG)
+        owner.change(alteration.change_shape, source_id, geometry_id, shape, X_FG)
 
     def change_parent(
         self,
@@ -363,15 +355,13 @@ class SceneGraph(RendererRegistry, NotCopied):
         the frame is the source's, UnknownIdError for an unknown frame, NameConflictError for a
         parent that is below it.
         """
-        with self._owner(context).changing() as state:
-            alteration.change_parent(state, source_id, frame_id, parent_id)
+        self._owner(context).change(alteration.change_parent, source_id, frame_id, parent_id)
 
     def rename_frame(
         self, source_id: SourceId, frame_id: FrameId, name: str, *, context: Context | None = None
     ) -> None:
         """Rename a frame. Raises NameConflictError if its source has one of that name."""
-        with self._owner(context).changing() as state:
-            alteration.rename_frame(state, source_id, frame_id, name)
+        self._owner(context).change(alteration.rename_frame, source_id, frame_id, name)
 
     def rename_geometry(
         self,
@@ -382,5 +372,4 @@ class SceneGraph(RendererRegistry, NotCopied):
         context: Context | None = None,
     ) -> None:
         """Rename a geometry. Raises NameConflictError if one of its roles has that name."""
-        with self._owner(context).changing() as state:
-            alteration.rename_geometry(state, source_id, geometry_id, name)
+        self._owner(context).change(alteration.rename_geometry, source_id, geometry_id, name)

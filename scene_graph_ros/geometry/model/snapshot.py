@@ -65,7 +65,11 @@ def stacked_poses(state: GeometryState, poses: Mapping[FrameId, Any]) -> tuple[A
                 raise OwnershipError("the world frame cannot be moved")
     values = list(poses.values())
     if all(type(X) is np.ndarray and X.shape == (4, 4) and X.dtype == float for X in values):
-        return rows, np.concatenate(values).reshape(-1, 4, 4) if values else np.empty((0, 4, 4))
+        # Rows of C's order, whatever order those that are given have.
+        X_PFs = np.empty((len(values), 4, 4))
+        if values:
+            np.concatenate(values, out=X_PFs.reshape(-1, 4))
+        return rows, X_PFs
     X_PFs = np.empty((len(values), 4, 4))
     for i, (row, X_PF) in enumerate(zip(rows, values, strict=True)):
         label = f"X_PF of frame {layout.names[row]!r}"
@@ -206,10 +210,14 @@ class Snapshot(NotCopied):
 
     def _place(self, role: Role, rows: RoleArrays, X_WF: Poses) -> Poses:
         """Place the geometries with a role on their frames, in memory that is free if there is."""
-        result, was_used = self.memory.of(_lender_of_poses, rows, role).take()
+
+        def place(moved: NDArray[np.int64], X_WG: Poses) -> None:
+            world_poses_of_children(moved, rows.frame, X_WF, rows.X_FG, X_WG)
+
+        lender = self.memory.of(_lender_of_poses, rows, role)
         # In an array of before, which is lent for the same rows, the anchored ones are right.
-        moving = rows.moving_rows if was_used else rows.all_rows
-        world_poses_of_children(moving, rows.frame, X_WF, rows.X_FG, result)
+        result = lender.take(lambda new: place(rows.all_rows, new))
+        place(rows.moving_rows, result)
         return result
 
     def pose_in_world(self, target: FrameId | GeometryId) -> Poses:

@@ -2,12 +2,13 @@
 
 A state is shared between a scene graph, its contexts and their snapshots until one of them
 changes it; that one then continues with a copy (see ``owner.py``). A shared state is never
-changed, so any number of threads may read it.
+changed, so any number of threads may read it. One that is not shared is changed in place, and
+only by an ``Edit``, as a whole.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 import itertools
 from typing import Any, TYPE_CHECKING
 
@@ -37,11 +38,16 @@ from scene_graph_ros.geometry.quoting import quoted
 if TYPE_CHECKING:
     from scene_graph_ros.geometry.model.driven_mesh import DrivenMesh
 
-__all__ = ["ROLES", "GeometryState"]
+__all__ = ["ROLES", "GeometryState", "new_version"]
 
 ROLES = (Role.PROXIMITY, Role.ILLUSTRATION, Role.PERCEPTION)
 _INTERNAL_SOURCE = SourceId.get_new_id()
 _versions = itertools.count(1)
+
+
+def new_version() -> int:
+    """Return the number of a model, or of the geometries with a role, that is like no other."""
+    return next(_versions)
 
 
 class GeometryState:
@@ -68,8 +74,8 @@ class GeometryState:
         self.geometry_by_name: dict[tuple[FrameId, Role, str], GeometryId] = {}
         self.with_role: dict[Role, dict[GeometryId, None]] = {role: {} for role in ROLES}
         self.filters = PairFilter()
-        self.version = next(_versions)
-        self.role_versions: dict[Role, int] = {role: next(_versions) for role in ROLES}
+        self.version = new_version()
+        self.role_versions: dict[Role, int] = {role: new_version() for role in ROLES}
         self.derived = DerivedValues()
 
     def copy(self) -> GeometryState:
@@ -105,21 +111,7 @@ class GeometryState:
         """This state, so that an inspector takes it like any other holder of one."""
         return self
 
-    # Versions, and what is derived.
-
-    def changed(self, *, frames: bool = False, roles: Iterable[Role] = ()) -> None:
-        """Record a change, and forget what was derived from the parts that changed."""
-        self.version = next(_versions)
-        parts = tuple(roles)
-        for role in parts:
-            self.role_versions[role] = next(_versions)
-        self.derived.forget((*parts, Part.FRAMES) if frames else parts)
-
-    def filters_changed(self) -> None:
-        """Record a change of the collision filters alone: shapes and poses are kept."""
-        self.version = next(_versions)
-        self.role_versions[Role.PROXIMITY] = next(_versions)
-        self.derived.forget((Part.FILTERS,))
+    # What is derived.
 
     def layout(self) -> FrameLayout:
         """Return the rows of the frames."""

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.errors import QueryArgumentError
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.geometry.reals import as_float
 
 __all__ = ["checked_flag", "checked_limit", "checked_points", "checked_threads"]
@@ -48,10 +49,7 @@ def checked_points(name: str, value: ArrayLike, dimensions: int) -> NDArray[np.f
 
     Raises QueryArgumentError for anything else, and for another number of axes.
     """
-    try:
-        points = np.array(value, dtype=np.float64, order="C")
-    except (TypeError, ValueError, OverflowError) as error:
-        raise QueryArgumentError(f"{name} must be numbers: {quoted(value)}") from error
+    points = real_array(value, f"{name} must be numbers", QueryArgumentError)
     if points.ndim != dimensions or points.shape[-1] != 3:
         expected = "(3,)" if dimensions == 1 else "(m, 3)"
         raise QueryArgumentError(f"{name} must have shape {expected}, not {points.shape}")

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.errors import InvalidShapeError
+from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.shape import PrimitiveShape
 from scene_graph_ros.geometry.tolerances import ZERO_DIRECTION
@@ -18,12 +19,9 @@ __all__ = ["HalfSpace"]
 
 
 def _finite_vector(name: str, value: ArrayLike) -> NDArray[np.float64]:
-    try:
-        vector = np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InvalidShapeError(
-            f"HalfSpace: {name} must be three finite numbers, not {value!r}"
-        ) from error
+    vector = real_array(
+        value, f"HalfSpace: {name} must be three finite numbers", InvalidShapeError
+    )
     if vector.shape != (3,) or not np.isfinite(vector).all():
         raise InvalidShapeError(f"HalfSpace: {name} must be three finite numbers, not {value!r}")
     return vector

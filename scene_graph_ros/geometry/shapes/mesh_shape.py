@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from scene_graph_ros.geometry.errors import InvalidShapeError
 from scene_graph_ros.geometry.files import find_file
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.geometry.shapes.shape import Shape
 from scene_graph_ros.geometry.tolerances import MAX_SHAPE_SIZE, MIN_SCALE
 
@@ -167,12 +168,7 @@ def _restore(cls: type[MeshShape], values: list[Any]) -> MeshShape:
 
 
 def _checked_scale(name: str, scale: Any) -> tuple[float, float, float]:
-    try:
-        array = np.asarray(scale, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise InvalidShapeError(
-            f"{name}: scale must be one or three numbers: {quoted(scale)}"
-        ) from error
+    array = real_array(scale, f"{name}: scale must be one or three numbers", InvalidShapeError)
     if array.shape not in ((), (3,)):
         raise InvalidShapeError(f"{name}: scale must be one or three numbers, not {quoted(scale)}")
     factors = np.broadcast_to(array, 3)
@@ -224,10 +220,7 @@ def _checked_file_type(name: str, file_type: Any) -> str:
 
 
 def _checked_vertices(name: str, vertices: Any) -> NDArray[np.float64]:
-    try:
-        array = np.array(vertices, dtype=np.float64, order="C")
-    except (TypeError, ValueError, OverflowError) as error:
-        raise InvalidShapeError(f"{name}: vertices must be (n, 3) numbers: {error}") from error
+    array = real_array(vertices, f"{name}: vertices must be (n, 3) numbers", InvalidShapeError)
     if array.ndim != 2 or array.shape[1] != 3 or len(array) == 0:
         raise InvalidShapeError(f"{name}: vertices must be (n, 3) with n > 0, not {array.shape}")
     bad = ~(np.isfinite(array) & (np.abs(array) <= MAX_SHAPE_SIZE)).all(axis=1)

@@ -14,6 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.errors import InvalidPoseError
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.geometry.spatial import pose_kernels as kernels
 from scene_graph_ros.geometry.spatial.quaternion_kernels import (
     poses_from_quaternions_kernel,
@@ -82,14 +84,18 @@ def to_pose_array(X: Any, name: str) -> Poses:
     try:
         given = np.asarray(X)
     except ValueError as error:
-        raise InvalidPoseError(f"pose {name} is not an array of numbers: {X!r}") from error
-    if given.dtype.kind not in "fiu":
-        raise InvalidPoseError(f"pose {name} is not an array of real numbers: {X!r}")
+        raise InvalidPoseError(f"pose {name} is not an array of numbers: {quoted(X)}") from error
+    if given.dtype.kind not in "fiu" or np.ma.is_masked(X):
+        raise InvalidPoseError(
+            f"pose {name} is not an array of real numbers, but of {given.dtype}, shape"
+            f" {given.shape}: {quoted(X)}"
+        )
     if given.shape[-2:] != (4, 4) or given.ndim not in (2, 3):
         raise InvalidPoseError(
             f"pose {name} must be (4, 4) or (n, 4, 4), not {given.shape}: {_quote(given)}"
         )
-    array = np.ascontiguousarray(given, dtype=np.float64)
+    with np.errstate(over="ignore"):  # a larger float than float64 has is infinite, and refused
+        array = np.ascontiguousarray(given, dtype=np.float64)
     # A read-only array is another type to numba: without the copy it would compile a second time.
     return array if array.flags.writeable else array.copy()
 
@@ -158,8 +164,9 @@ def poses_from_quaternions(
     Quaternions are normalized. Raises InvalidPoseError, naming the row, for a value that is not
     finite or a norm further from 1 than QUATERNION_NORM_DEFECT.
     """
-    positions = np.require(p, np.float64, ["C", "W"])
-    quaternions = np.require(q_xyzw, np.float64, ["C", "W"])
+    positions = real_array(p, f"positions of poses {name} must be numbers", InvalidPoseError)
+    rule = f"quaternions of poses {name} must be numbers"
+    quaternions = real_array(q_xyzw, rule, InvalidPoseError)
     if positions.ndim != 2 or positions.shape != (len(quaternions), 3):
         raise InvalidPoseError(f"positions of poses {name} must be (n, 3): {positions.shape}")
     if quaternions.shape != (len(positions), 4):
@@ -182,7 +189,12 @@ def quaternions_from_poses(X: Poses) -> NDArray[np.float64]:
 
 def rotation_from_rpy(rpy: ArrayLike) -> NDArray[np.float64]:
     """Return ``Rz(yaw) Ry(pitch) Rx(roll)``, the fixed-axis convention of URDF and REP-103."""
-    roll, pitch, yaw = (float(angle) for angle in np.asarray(rpy, dtype=np.float64))
+    angles = real_array(rpy, "roll, pitch and yaw must be three numbers", InvalidPoseError)
+    if angles.shape != (3,) or not np.isfinite(angles).all():
+        raise InvalidPoseError(
+            f"roll, pitch and yaw must be three finite numbers, not {quoted(rpy)}"
+        )
+    roll, pitch, yaw = angles.tolist()
     cr, sr = math.cos(roll), math.sin(roll)
     cp, sp = math.cos(pitch), math.sin(pitch)
     cy, sy = math.cos(yaw), math.sin(yaw)
@@ -199,5 +211,8 @@ def pose_from_xyz_rpy(xyz: ArrayLike, rpy: ArrayLike = (0.0, 0.0, 0.0)) -> Poses
     """Return the pose of a URDF ``origin``: position in m, roll, pitch and yaw in rad."""
     X = np.eye(4)
     X[:3, :3] = rotation_from_rpy(rpy)
-    X[:3, 3] = np.asarray(xyz, dtype=np.float64)
+    position = real_array(xyz, "xyz must be three numbers", InvalidPoseError)
+    if position.shape != (3,):
+        raise InvalidPoseError(f"xyz must be three numbers, not {quoted(xyz)}")
+    X[:3, 3] = position
     return as_pose(X, f"from xyz={list(np.atleast_1d(xyz))} rpy={list(np.atleast_1d(rpy))}")

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.geometry.tolerances import EPSILON
 from scene_graph_ros.planning.certified.cspace_free_polytope import CspaceFreePolytope
 from scene_graph_ros.planning.certified.distance_certificate import DistanceCertificate
@@ -113,10 +114,7 @@ class CspaceFreeBox:
         n = self._checker.plan.tree.num_positions
         ends = []
         for name, values in (("q_box_lower", lower), ("q_box_upper", upper)):
-            try:
-                array = np.array(values, dtype=np.float64)
-            except (TypeError, ValueError):
-                array = np.full(0, np.nan)
+            array = real_array(values, f"{name} must be {n} finite numbers", CertificateError)
             if array.shape != (n,) or not np.isfinite(array).all():
                 raise CertificateError(f"{name} must be {n} finite numbers, not {quoted(values)}")
             ends.append(array)

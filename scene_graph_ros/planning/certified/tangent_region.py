@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.planning.certified.errors import CertificateError
 from scene_graph_ros.planning.certified.rational_kinematics import (
     RationalForwardKinematics,
@@ -164,12 +165,8 @@ def _own_ends(
 def _checked(
     C: ArrayLike, d: ArrayLike, n: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    try:
-        rows, sides = np.array(C, dtype=np.float64), np.array(d, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise CertificateError(
-            f"C and d must be numbers, not {quoted(C)} and {quoted(d)}"
-        ) from error
+    rows = real_array(C, "C must be numbers", CertificateError)
+    sides = real_array(d, "d must be numbers", CertificateError)
     if rows.ndim != 2 or rows.shape[1] != n or sides.shape != (len(rows),):
         raise CertificateError(
             f"C and d must have the shapes (m, {n}) and (m,), not {rows.shape} and {sides.shape}"

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.planning.checker.checker_bodies import CheckerBodies, CheckerBody
 from scene_graph_ros.planning.errors import CollisionCheckerError, finite_number
 
@@ -165,10 +166,7 @@ class BodyMatrices:
         ``fixed`` is the value on the diagonal and between bodies around robots.
         """
         count = len(self.bodies)
-        try:
-            given = np.asarray(matrix, dtype=np.float64)
-        except (TypeError, ValueError, OverflowError) as error:
-            raise CollisionCheckerError(f"{field} must be numbers: {quoted(matrix)}") from error
+        given = real_array(matrix, f"{field} must be numbers", CollisionCheckerError)
         if given.shape != (count, count):
             raise CollisionCheckerError(
                 f"{field} must have shape ({count}, {count}), not {given.shape}"

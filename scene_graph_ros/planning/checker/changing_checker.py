@@ -35,12 +35,12 @@ class ChangingChecker:
 
     def __init__(self, state: CheckerState) -> None:
         self._state = state
-        self._changes = threading.Lock()
+        self._changes = threading.RLock()
 
     def clone(self: Self) -> Self:
         """Return a checker of its own: no later change of one is seen by the other."""
         result = copy.copy(self)
-        result._changes = threading.Lock()
+        result._changes = threading.RLock()
         return result
 
     def _set_matrices(self, change: Callable[[BodyMatrices], BodyMatrices]) -> None:

@@ -55,7 +55,7 @@ class CheckerContexts:
         self._state = state
         self._numbered: dict[int, CollisionCheckerContext] = {}
         self._standalone: weakref.WeakSet[CollisionCheckerContext] = weakref.WeakSet()
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()
 
     def numbered(self, number: Any) -> CollisionCheckerContext:
         """Return one by its number, the first for None. Raises CollisionCheckerError."""

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.located import suggestion
 from scene_graph_ros.planning.checker.changing_checker import ChangingChecker
 from scene_graph_ros.planning.checker.checker_contexts import (
@@ -163,10 +164,7 @@ class CollisionChecker(ChangingChecker, MeasuringChecker, ABC):
         They are at steps of ``edge_step_size``; nothing is known of what is between them. Raises
         CollisionCheckerError for another shape.
         """
-        try:
-            ends = np.asarray(edges, dtype=np.float64)
-        except (TypeError, ValueError, OverflowError) as error:
-            raise CollisionCheckerError(f"edges must be numbers: {quoted(edges)}") from error
+        ends = real_array(edges, "edges must be numbers", CollisionCheckerError)
         nq = self._tree.num_positions
         if ends.ndim != 3 or ends.shape[1:] != (2, nq):
             raise CollisionCheckerError(f"edges must have shape (n, 2, {nq}), not {ends.shape}")
@@ -291,10 +289,7 @@ class CollisionChecker(ChangingChecker, MeasuringChecker, ABC):
 
 def one_configuration(name: str, q: ArrayLike) -> NDArray[np.float64]:
     """Return one configuration as a batch of one."""
-    try:
-        array = np.array(q, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise CollisionCheckerError(f"{name} must be numbers: {quoted(q)}") from error
+    array = real_array(q, f"{name} must be numbers", CollisionCheckerError)
     if array.ndim != 1:
         raise CollisionCheckerError(f"{name} must have shape (nq,), not {array.shape}")
     return array[np.newaxis]

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
 from scene_graph_ros.planning.checker.checker_interface import (
     CollisionChecker,
@@ -330,10 +331,7 @@ class SceneGraphCollisionChecker(CollisionChecker):
         return ways._replace(pieces=self._checked_edges(ways.pieces))
 
     def _checked_edges(self, edges: ArrayLike) -> NDArray[np.float64]:
-        try:
-            array = np.require(edges, np.float64, ["C", "W"])
-        except (TypeError, ValueError, OverflowError) as error:
-            raise CollisionCheckerError(f"edges must be numbers: {quoted(edges)}") from error
+        array = real_array(edges, "edges must be numbers", CollisionCheckerError)
         nq = self._tree.num_positions
         if array.ndim != 3 or array.shape[1] < 2 or array.shape[2] != nq:
             raise CollisionCheckerError(

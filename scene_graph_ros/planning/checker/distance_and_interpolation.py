@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.planning.errors import CollisionCheckerError
 from scene_graph_ros.robots.kinematic_tree import KinematicTree
@@ -159,12 +160,8 @@ class LinearDistanceAndInterpolationProvider(DistanceAndInterpolationProvider):
             raise CollisionCheckerError(
                 f"distance_weights: there is no joint {quoted(name)} with positions of its own"
             )
-        try:
-            given = np.asarray(values, dtype=np.float64)
-        except (TypeError, ValueError, OverflowError) as error:
-            raise CollisionCheckerError(
-                f"distance_weights of joint {name!r} must be numbers: {quoted(values)}"
-            ) from error
+        rule = f"distance_weights of joint {name!r} must be numbers"
+        given = real_array(values, rule, CollisionCheckerError)
         size = part.stop - part.start
         if given.ndim == 0:
             # What is 0 belongs to a quaternion's other entries.
@@ -259,10 +256,7 @@ def _alike(q1: ArrayLike, q2: ArrayLike) -> tuple[NDArray[np.float64], NDArray[n
 
 
 def _configuration(name: str, values: ArrayLike) -> NDArray[np.float64]:
-    try:
-        q = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise CollisionCheckerError(f"{name} must be numbers: {quoted(values)}") from error
+    q = real_array(values, f"{name} must be numbers", CollisionCheckerError)
     if q.ndim != 1:
         raise CollisionCheckerError(f"{name} must have shape (nq,), not {q.shape}")
     if not np.isfinite(q).all():

@@ -55,7 +55,7 @@ class MeasuringChecker:
         elif distance_and_interpolation_provider is not None:
             provider = _provider(distance_and_interpolation_provider)
         self._provider = provider
-        self._provider_changes = threading.Lock()
+        self._provider_changes = threading.RLock()
         self.edge_step_size = edge_step_size
 
     @property

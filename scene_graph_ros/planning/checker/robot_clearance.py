@@ -14,6 +14,7 @@ from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
 from scene_graph_ros.geometry.query.distance.solved_pairs import SolvedPairs
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.planning.checker.checker_state import CheckerState
 from scene_graph_ros.planning.errors import CollisionCheckerError, finite_number
 from scene_graph_ros.planning.pairs.checker_plan import CheckerPlan
@@ -150,7 +151,7 @@ class RobotClearance:
 
         Raises CollisionCheckerError for another shape, what is no number and what is no type.
         """
-        row = np.asarray(jacobian, dtype=np.float64)
+        row = real_array(jacobian, "jacobian must be numbers", CollisionCheckerError)
         if row.shape != (self.num_positions,):
             raise CollisionCheckerError(
                 f"jacobian must have shape ({self.num_positions},), not {row.shape}"

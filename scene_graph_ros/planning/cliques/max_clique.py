@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.convex.errors import SolverError
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.planning.cliques.adjacency import (
     checked_adjacency,
     CliqueError,
@@ -125,10 +126,7 @@ class MaxCliqueSolverViaMip(MaxCliqueSolverBase):
         if initial_guess is None:
             self._guess: NDArray[np.float64] | None = None
             return
-        try:
-            guess = np.array(initial_guess, dtype=np.float64)
-        except (TypeError, ValueError, OverflowError):
-            guess = np.full(1, np.nan)
+        guess = real_array(initial_guess, "initial_guess must be finite numbers (n,)", CliqueError)
         if guess.ndim != 1 or not np.isfinite(guess).all():
             raise CliqueError(
                 f"initial_guess must be finite numbers (n,), not {quoted(initial_guess)}"

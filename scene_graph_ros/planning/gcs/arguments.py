@@ -9,6 +9,7 @@ import numpy as np
 from scene_graph_ros.convex.errors import ConvexSetError
 from scene_graph_ros.convex.questions.arguments import as_matrix, as_nonnegative
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.real_arrays import real_array
 
 __all__ = ["as_bounds", "as_count", "as_weights"]
 
@@ -27,10 +28,7 @@ def as_bounds(lb: Any, ub: Any, size: int, label: str) -> tuple[np.ndarray, np.n
     """Return bounds ``(size,)``; what is infinite doesn't bound. Raises ConvexSetError."""
     found = []
     for name, value, forbidden in (("lb", lb, np.inf), ("ub", ub, -np.inf)):
-        try:
-            array = np.array(value, dtype=np.float64)
-        except (TypeError, ValueError):
-            raise ConvexSetError(f"{label}: {name} must be numbers, not {quoted(value)}") from None
+        array = real_array(value, f"{label}: {name} must be numbers", ConvexSetError)
         if array.shape != (size,):
             raise ConvexSetError(
                 f"{label}: {name} must have the shape ({size},), not {array.shape}"

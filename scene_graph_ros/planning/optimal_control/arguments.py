@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.planning.optimal_control.errors import TrajectoryOptimizationError
 
@@ -54,10 +55,7 @@ def as_nonnegative(name: str, value: Any) -> float:
 
 def as_vector(name: str, value: Any, size: int | None = None) -> NDArray[np.float64]:
     """Return finite numbers ``(size,)``. Raises TrajectoryOptimizationError."""
-    try:
-        array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise TrajectoryOptimizationError(f"{name} must be numbers: {quoted(value)}") from error
+    array = real_array(value, f"{name} must be numbers", TrajectoryOptimizationError)
     if array.ndim != 1 or (size is not None and array.size != size):
         wanted = "(n,)" if size is None else f"({size},)"
         raise TrajectoryOptimizationError(f"{name} must have shape {wanted}, not {array.shape}")
@@ -74,12 +72,7 @@ def as_bounds(lb: Any, ub: Any, size: int) -> tuple[NDArray[np.float64], NDArray
     """
     found = []
     for name, value, forbidden in (("lb", lb, np.inf), ("ub", ub, -np.inf)):
-        try:
-            array = np.array(value, dtype=np.float64)
-        except (TypeError, ValueError):
-            raise TrajectoryOptimizationError(
-                f"{name} must be numbers, not {quoted(value)}"
-            ) from None
+        array = real_array(value, f"{name} must be numbers", TrajectoryOptimizationError)
         if array.ndim == 0:
             array = np.full(size, array)
         if array.shape != (size,):

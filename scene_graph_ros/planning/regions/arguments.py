@@ -12,6 +12,7 @@ from scene_graph_ros.convex.sets.affine_ball import AffineBall
 from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
 from scene_graph_ros.convex.sets.v_polytope import VPolytope
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.planning.checker.checker_interface import CollisionChecker
 from scene_graph_ros.planning.regions.errors import RegionError
 from scene_graph_ros.planning.regions.feasibility import Feasibility
@@ -94,10 +95,7 @@ def ellipsoid_map(ellipsoid: Any, n: int) -> tuple[NDArray[np.float64], NDArray[
 
 def checked_points(name: str, points: ArrayLike, n: int) -> NDArray[np.float64]:
     """Return points ``(m, n)``, m at least 1, also of one ``(n,)``. Raises RegionError."""
-    try:
-        array = np.array(points, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        array = np.full(0, np.nan)
+    array = real_array(points, f"{name} must be finite numbers (m, {n})", RegionError)
     if array.ndim == 1:
         array = array[np.newaxis]
     if array.ndim != 2 or array.shape[1] != n or not len(array) or not np.isfinite(array).all():

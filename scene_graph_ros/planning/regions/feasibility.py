@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.planning.checker.carried_checker import PackedChecker
 from scene_graph_ros.planning.checker.checker_interface import CollisionChecker
 from scene_graph_ros.planning.regions.errors import RegionError
@@ -85,10 +86,7 @@ class Feasibility:
     def _meets(self, q: NDArray[np.float64]) -> NDArray[np.bool_]:
         assert self.constraints is not None
         given = self.constraints(q)
-        try:
-            values = np.asarray(given, dtype=np.float64)
-        except (TypeError, ValueError):
-            values = np.full((1, 1), np.nan)
+        values = real_array(given, "additional_constraints must return numbers", RegionError)
         if values.ndim == 1:
             values = values[:, np.newaxis]
         if values.ndim != 2 or len(values) != len(q) or np.isnan(values).any():

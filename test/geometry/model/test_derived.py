@@ -2,6 +2,7 @@
 
 import threading
 
+from interrupting import instruction_count, interrupted_at
 import pytest
 
 from scene_graph_ros.geometry.model.derived import (
@@ -50,7 +51,7 @@ def test_a_value_is_forgotten_with_a_part_it_depends_on(made, changed, is_kept):
     model = Model()
     assert double(model) == double(model) == 2
     model.number = 5
-    model.derived.forget(changed)
+    model.derived = model.derived.without(changed)
     assert double(model) == (2 if is_kept else 10)
     assert made == ([1] if is_kept else [1, 5])
 
@@ -79,9 +80,31 @@ def test_a_copy_goes_its_own_way():
     first = token(model)
     copy.derived = model.derived.copy()
     assert token(copy) is first
-    copy.derived.forget((Part.FRAMES,))
+    copy.derived = copy.derived.without((Part.FRAMES,))
     assert token(copy) is not first
     assert token(model) is first
+
+
+def test_an_interrupt_leaves_nothing_of_a_computation():
+    """Wherever it comes, what this thread then asks depends on nothing that it was about."""
+    model = Model()
+
+    @derived(Part.FRAMES)
+    def inner(model):
+        return model.number
+
+    @derived(Part.FRAMES, Part.FILTERS)
+    def outer(model):
+        return inner(model)
+
+    @derived(Part.FILTERS)
+    def other(model):
+        return model.number
+
+    for at in range(instruction_count(lambda: outer(Model()))):
+        model = Model()
+        interrupted_at(lambda model=model: outer(model), at)
+        assert outer(model) == other(model) == inner(model) == 1
 
 
 def test_what_is_renewed_gets_the_value_of_before_once():
@@ -96,10 +119,10 @@ def test_what_is_renewed_gets_the_value_of_before_once():
     model = Model()
     assert history(model) == [1]
     for _ in range(2):
-        model.derived.forget((Role.PROXIMITY,))
+        model.derived = model.derived.without((Role.PROXIMITY,))
     model.number = 2
     assert history(model) == [1, 2]
-    model.derived.forget((Role.PROXIMITY,))
+    model.derived = model.derived.without((Role.PROXIMITY,))
     model.number = -1
     with pytest.raises(ValueError, match="-1"):
         history(model)

@@ -13,6 +13,7 @@ from scene_graph_ros.convex.graphs.expressions.term_kernels import KINDS, value
 from scene_graph_ros.convex.questions.arguments import as_matrix
 from scene_graph_ros.convex.solve.cones.cone_program import Cone
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.geometry.reals import as_float
 
 __all__ = [
@@ -106,7 +107,7 @@ class Affine:
     __rmul__ = __mul__
 
     def __truediv__(self, divisor: Any) -> Affine:
-        return self * (1.0 / np.asarray(divisor, dtype=np.float64))
+        return self * (1.0 / real_array(divisor, "a divisor must be numbers", ConvexSetError))
 
     def __rmatmul__(self, matrix: Any) -> Affine:
         is_number = np.ndim(matrix) == 1

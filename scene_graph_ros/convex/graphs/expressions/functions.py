@@ -11,6 +11,7 @@ import numpy as np
 from scene_graph_ros.convex.errors import ConvexSetError
 from scene_graph_ros.convex.questions.arguments import as_vector
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.real_arrays import real_array
 
 __all__ = ["FunctionConstraint", "FunctionCost", "FunctionTerm"]
 
@@ -31,12 +32,9 @@ class FunctionCost:
 
 def _as_bounds(value: Any, label: str) -> np.ndarray:
     """Return a number, or numbers, as an array ``(k,)``; they may be infinite."""
-    try:
-        return np.atleast_1d(np.asarray(value, dtype=np.float64))
-    except (TypeError, ValueError):
-        raise ConvexSetError(
-            f"{label} must be a number or numbers (k,), not {quoted(value)}"
-        ) from None
+    return np.atleast_1d(
+        real_array(value, f"{label} must be a number or numbers (k,)", ConvexSetError)
+    )
 
 
 class FunctionConstraint:

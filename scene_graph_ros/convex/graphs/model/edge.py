@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 import functools
 from typing import Any, TYPE_CHECKING
 
@@ -48,8 +48,6 @@ class _Costly:
         self._costs: list[tuple[Any, frozenset[Transcription]]] = []
         self._constraints: list[tuple[Any, frozenset[Transcription]]] = []
         self._changes = 0
-        self.has_functions = False
-        """Whether a cost or a constraint is a function, of which the restriction alone knows."""
 
     def __repr__(self) -> str:
         return f"<{self._label} {self._name!r}>"
@@ -133,11 +131,15 @@ class _Costly:
         """Take back a constraint that `add_constraint` returned; others that equal it stay."""
         self._changes += 1
         self._constraints = [each for each in self._constraints if each[0] is not constraint]
-        terms = (term for term, _ in (*self._costs, *self._constraints))
-        self.has_functions = any(isinstance(each, FunctionTerm) for each in terms)
 
-    def _check_function(self, used: frozenset[Transcription], label: str) -> None:
-        self.has_functions = True
+    @property
+    def has_functions(self) -> bool:
+        """Whether a cost or a constraint is a function, of which the restriction alone knows."""
+        terms = (*self._costs, *self._constraints)
+        return any(isinstance(term, (FunctionCost, FunctionConstraint)) for term, _ in terms)
+
+    @staticmethod
+    def _check_function(used: frozenset[Transcription], label: str) -> None:
         if used != {Transcription.RESTRICTION}:
             raise ConvexSetError(
                 f"{label} is a function, which has no relaxation: say use_in_transcription="
@@ -217,11 +219,19 @@ def _used(terms: list[tuple[Any, frozenset[Transcription]]], asked: Any, label: 
 class Vertex(_Costly):
     """A convex set of a graph."""
 
-    def __init__(self, number: int, set: ConvexSet, name: str) -> None:  # noqa: A002
+    def __init__(
+        self,
+        number: int,
+        set: ConvexSet,  # noqa: A002
+        name: str,
+        is_valid: Callable[[Edge], bool] = lambda edge: True,
+    ) -> None:
+        """Take what tells whether an edge is of the graph: only then it is one of the vertex."""
         super().__init__(number, name, "Vertex")
         self._set = set
-        self._incoming: list[Edge] = []
-        self._outgoing: list[Edge] = []
+        self._is_valid = is_valid
+        self._incoming: dict[int, Edge] = {}
+        self._outgoing: dict[int, Edge] = {}
 
     @property
     def set(self) -> ConvexSet:
@@ -257,12 +267,12 @@ class Vertex(_Costly):
     @property
     def incoming_edges(self) -> list[Edge]:
         """The edges that lead here."""
-        return list(self._incoming)
+        return [edge for edge in self._incoming.values() if self._is_valid(edge)]
 
     @property
     def outgoing_edges(self) -> list[Edge]:
         """The edges that lead from here."""
-        return list(self._outgoing)
+        return [edge for edge in self._outgoing.values() if self._is_valid(edge)]
 
     def _own(self) -> dict[int, str]:
         return {self.id: "vertex.x"}
@@ -273,7 +283,7 @@ class Vertex(_Costly):
         # With the edges that lead here, and at the source with those that lead on.
         sides = [
             [share for edge in edges for share in edge._shares(result)]
-            for edges in (self._incoming, self._outgoing)
+            for edges in (self.incoming_edges, self.outgoing_edges)
         ]
         return max(sides, key=lambda side: sum(flow for flow, _ in side))
 
@@ -294,8 +304,8 @@ class Vertex(_Costly):
             if self.id not in result.vertices:
                 return None
             return result.points[result.vertices.index(self.id)]
-        edges = [(e, result.phi_xv) for e in self._incoming] or [
-            (e, result.phi_xu) for e in self._outgoing
+        edges = [(e, result.phi_xv) for e in self.incoming_edges] or [
+            (e, result.phi_xu) for e in self.outgoing_edges
         ]
         known = [(e.id, at[e.id]) for e, at in edges if e.id in at]
         flow = sum(result.flows[number] for number, _ in known)
@@ -307,10 +317,18 @@ class Vertex(_Costly):
 class Edge(_Costly):
     """A way from the point of one set to the point of another."""
 
-    def __init__(self, number: int, u: Vertex, v: Vertex, name: str) -> None:
+    def __init__(
+        self,
+        number: int,
+        u: Vertex,
+        v: Vertex,
+        name: str,
+        phi: dict[int, frozenset[bool]] | None = None,
+    ) -> None:
+        """Take where a graph keeps what is asked of all its edges, by their numbers."""
         super().__init__(number, name, "Edge")
         self._u, self._v = u, v
-        self._phi: set[bool] = set()
+        self._phi = {} if phi is None else phi
         self._terms: dict[tuple[int, ...], EdgeTerms] = {}
 
     @property
@@ -360,21 +378,21 @@ class Edge(_Costly):
                 "Edge.add_phi_constraint: phi_value must be True or False, not"
                 f" {quoted(phi_value)}"
             )
-        self._phi.add(phi_value)
+        self._phi[self.id] = self.phi_constraints | {phi_value}
 
     def clear_phi_constraints(self) -> None:
         """Allow both again."""
-        self._phi.clear()
+        self._phi.pop(self.id, None)
 
     @property
     def has_phi_constraints(self) -> bool:
         """Whether it has to be on the path, or must not."""
-        return bool(self._phi)
+        return bool(self.phi_constraints)
 
     @property
     def phi_constraints(self) -> frozenset[bool]:
         """What was asked by `add_phi_constraint`."""
-        return frozenset(self._phi)
+        return self._phi.get(self.id, frozenset())
 
     def get_solution_phi(self, result: GraphOfConvexSetsResult) -> float | None:
         """Return the flow of a result's relaxation; None where the edge was left out."""

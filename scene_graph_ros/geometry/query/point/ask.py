@@ -141,7 +141,7 @@ class AnswerMemory:
     def __init__(self) -> None:
         self._known: list[tuple[int, tuple[Loan, ...]]] = []
         """For how many answers there is room in each."""
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()
 
     def take(self, count: int) -> Answers:
         """Return flat columns for ``count`` answers, of memory that nobody looks at.

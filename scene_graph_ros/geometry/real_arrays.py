@@ -1,0 +1,48 @@
+"""The border for arrays: whatever NumPy calls numbers becomes an array that kernels take."""
+
+from __future__ import annotations
+
+import numbers
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.quoting import quoted
+
+__all__ = ["real_array"]
+
+_FLOAT64 = np.dtype(np.float64)
+
+
+def real_array(value: Any, rule: str, error: type[Exception]) -> NDArray[np.float64]:
+    """Return numbers as a new ``float64`` array of any shape, C-ordered and writeable.
+
+    ``value`` may have any layout, byte order and type of real numbers, also of Python's objects.
+    Raises ``error``, which begins with ``rule`` ("radii must be numbers") and names type and
+    shape, for text, times, complex numbers, integers beyond all floats, and entries that are
+    masked.
+    """
+    if type(value) is np.ndarray and value.dtype is _FLOAT64:
+        return value.copy()  # in the order of C, unless it is told otherwise
+    try:
+        given = np.asanyarray(value)
+        if _is_real(given):
+            with np.errstate(over="ignore"):
+                return np.array(given, dtype=np.float64, order="C", subok=False)
+    except (TypeError, ValueError, OverflowError) as cause:
+        raise error(f"{rule}: {quoted(value)}") from cause
+    kind = f"{given.dtype} of shape {given.shape}"
+    raise error(f"{rule}: {quoted(value)}, which is {kind}{_masked(given)}")
+
+
+def _is_real(given: NDArray[Any]) -> bool:
+    if _masked(given):
+        return False
+    if given.dtype.kind == "O":
+        return all(isinstance(each, (numbers.Real, np.bool_)) for each in given.flat)
+    return given.dtype.kind in "fiub"
+
+
+def _masked(given: NDArray[Any]) -> str:
+    return " with masked entries" if np.ma.is_masked(given) else ""

@@ -1,0 +1,77 @@
+"""A graph whose edit is interrupted is the one before it or the one after it."""
+
+from interrupting import instruction_count, interrupted_at, places
+import pytest
+
+from scene_graph_ros.geometry.optimization import GraphOfConvexSets, Point
+
+
+class Graph:
+    """Four points in a diamond, with costs, and one edge that has to be on paths."""
+
+    def __init__(self):
+        self.graph = GraphOfConvexSets()
+        spots = ((0, 0), (1, 1), (1, -1), (2, 0))
+        self.v = [self.graph.add_vertex(Point(spot), f"v{k}") for k, spot in enumerate(spots)]
+        pairs = ((0, 1), (0, 2), (1, 3), (2, 3))
+        self.e = [self.graph.add_edge(self.v[a], self.v[b], f"e{a}{b}") for a, b in pairs]
+        for k, edge in enumerate(self.e):
+            edge.add_cost(1.0 + k)
+        self.e[0].add_phi_constraint(False)
+        self.e[3].add_phi_constraint(True)
+
+
+def answers(world):
+    """Return all that a graph says of itself, by names, and its shortest path."""
+    graph = world.graph
+    first, last = world.v[0], world.v[3]
+    path = []
+    if graph.is_valid(first) and graph.is_valid(last):
+        result = graph.solve_shortest_path(first, last)
+        path = [result.is_success, result.cost, len(result.path)]
+    return (
+        [
+            (v.name, [e.name for e in v.incoming_edges], [e.name for e in v.outgoing_edges])
+            for v in graph.vertices
+        ],
+        [
+            (e.name, e.u.name, e.v.name, sorted(e.phi_constraints), e.has_functions)
+            for e in graph.edges
+        ],
+        [len(part.get_costs()) for part in (*graph.vertices, *graph.edges)],
+        [len(part.get_constraints()) for part in (*graph.vertices, *graph.edges)],
+        (graph.num_vertices, graph.num_edges),
+        path,
+    )
+
+
+EDITS = {
+    "add_vertex": lambda w: w.graph.add_vertex(Point((5, 5)), "new"),
+    "add_edge": lambda w: w.graph.add_edge(w.v[0], w.v[3], "new"),
+    "remove_vertex": lambda w: w.graph.remove_vertex(w.v[1]),
+    "remove_edge": lambda w: w.graph.remove_edge(w.e[3]),
+    "add_cost": lambda w: w.e[1].add_cost(10.0),
+    "add_constraint": lambda w: w.e[2].add_constraint(w.e[2].xu == w.e[2].xu),
+    "add_phi_constraint": lambda w: w.e[2].add_phi_constraint(False),
+    "clear_phi_constraints": lambda w: w.e[3].clear_phi_constraints(),
+    "clear_all_phi_constraints": lambda w: w.graph.clear_all_phi_constraints(),
+}
+
+
+@pytest.mark.search
+@pytest.mark.parametrize("name", EDITS)
+def test_an_interrupted_edit_is_done_or_not(name):
+    """All answers are those of one of the two graphs, and the edit can then be made."""
+    edit, world = EDITS[name], Graph()
+    before = answers(world)
+    count = instruction_count(lambda: edit(world))
+    after = answers(world)
+    for at in places(count, name):
+        world = Graph()
+        answers(world)
+        interrupted_at(lambda world=world: edit(world), at)
+        found = answers(world)
+        if found == before:
+            edit(world)
+            found = answers(world)
+        assert found == after, at

@@ -1,0 +1,365 @@
+"""A small world, every way to edit it, and all that it answers: by names, to compare worlds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+import itertools
+from typing import Any
+
+import numpy as np
+from soft_bodies import soft_instance, WORLD
+
+from scene_graph_ros.geometry import (
+    add_compliant_hydroelastic_properties,
+    add_rigid_hydroelastic_properties,
+    Box,
+    Capsule,
+    CollisionFilterDeclaration,
+    Context,
+    Convex,
+    Cylinder,
+    Ellipsoid,
+    GeometryFrame,
+    GeometryInstance,
+    GeometrySet,
+    HalfSpace,
+    IllustrationProperties,
+    Mesh,
+    PerceptionProperties,
+    ProximityProperties,
+    Rgba,
+    Role,
+    RoleAssign,
+    SceneGraph,
+    Sphere,
+)
+
+__all__ = ["EDITS", "PREPARATIONS", "World", "answers_of"]
+
+_TETRAHEDRON = np.array([[0.0, 0, 0], [0.3, 0, 0], [0, 0.3, 0], [0, 0, 0.3]])
+_FACES = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
+_POINTS = np.array([[0.11, 0.23, 0.31], [-0.4, 0.2, 0.9]])
+
+
+def at(x: float, y: float, z: float, angle: float = 0.0) -> np.ndarray:
+    """Return a pose that turns about z, and moves."""
+    X, c, s = np.eye(4), np.cos(angle), np.sin(angle)
+    X[:2, :2], X[:3, 3] = [[c, -s], [s, c]], (x, y, z)
+    return X
+
+
+class Renderer:
+    """What a scene graph takes for a renderer."""
+
+    type_name = "none"
+
+    def parameter_yaml(self) -> str:
+        """Return no parameters."""
+        return ""
+
+    def render(self) -> None:
+        """Draw nothing."""
+
+
+class World:
+    """Two sources: an arm of frames, one on another, with a geometry of each kind; and a crate.
+
+    ``prepare`` is done before the first question. ``own`` is whether the context's model is its
+    own by now: else it is shared with a snapshot, which was asked, and an edit makes another.
+    """
+
+    def __init__(self, *, own: bool, prepare: Callable[[World], Any] = lambda world: None) -> None:
+        graph = self.graph = SceneGraph()
+        arm, other = self.arm, self.other = [graph.register_source(name) for name in ("arm", "o")]
+        self.frames: dict[str, Any] = {}
+        parent = None
+        for k in range(3):
+            parent = self.frames[f"link{k}"] = graph.register_frame(
+                arm, GeometryFrame(f"link{k}"), parent=parent
+            )
+        self.frames["tool"] = graph.register_frame(arm, GeometryFrame("tool"))
+        self.frames["crate"] = graph.register_frame(other, GeometryFrame("crate"))
+        self.ids: dict[str, Any] = {}
+        self._add("ball", "link0", at(0.1, 0, 0), Sphere(0.2))
+        self._add("rod", "link1", at(0, 0.1, 0, 0.3), Capsule(0.1, 0.5))
+        self._add("can", "link1", at(0.1, 0.1, 0.2), Cylinder(0.15, 0.3))
+        self._add("egg", "link2", at(0, 0, 0.1), Ellipsoid(0.1, 0.2, 0.3))
+        self._add("hull", "tool", np.eye(4), Convex(vertices=_TETRAHEDRON))
+        self._add("mesh", "tool", at(0.2, 0, 0), Mesh(vertices=_TETRAHEDRON, faces=_FACES))
+        self._add("box", "crate", at(0, 0, 0, 0.2), Box(0.3, 0.4, 0.5))
+        self._hang("knob", "box", at(0.2, 0, 0), Sphere(0.05))
+        self._hang("button", "knob", at(0.1, 0, 0), Sphere(0.04))
+        self.ids["floor"] = graph.register_anchored_geometry(
+            other, self.instance("floor", at(0, 0, -0.4), HalfSpace())
+        )
+        self.ids["picture"] = graph.register_geometry(
+            arm, self.frames["link0"], GeometryInstance(np.eye(4), Sphere(0.1), "picture")
+        )
+        self.ids["pad"] = graph.register_deformable_geometry(
+            arm, WORLD, soft_instance(X=at(0, 0, 2)), 0.2
+        )
+        graph.exclude_collisions_within(self.set_of("ball", "rod", "hull"))
+        graph.add_renderer("first", Renderer())
+        context = self.context = graph.create_default_context()
+        context.set_frame_poses(arm, self.poses(0.0))
+        context.set_frame_pose(other, self.frames["crate"], at(0.35, 0.1, 0.05, 0.4))
+        self.filter_id: Any = None
+        prepare(self)
+        self.query = graph.query_object(context)
+        answers_of(self)
+        if own:
+            for name in ("can of before", "can"):
+                graph.rename_geometry(arm, self.ids["can"], name, context=context)
+
+    @staticmethod
+    def instance(name: str, X: np.ndarray, shape: Any) -> GeometryInstance:
+        """Return an instance with the proximity role."""
+        result = GeometryInstance(X, shape, name)
+        result.set_proximity_properties(ProximityProperties())
+        return result
+
+    def _add(self, name: str, frame: str, X: np.ndarray, shape: Any) -> None:
+        source = self.other if frame == "crate" else self.arm
+        self.ids[name] = self.graph.register_geometry(
+            source, self.frames[frame], self.instance(name, X, shape)
+        )
+
+    def _hang(self, name: str, parent: str, X: np.ndarray, shape: Any) -> None:
+        self.ids[name] = self.graph.register_geometry(
+            self.other, self.ids[parent], self.instance(name, X, shape)
+        )
+
+    def set_of(self, *names: str) -> GeometrySet:
+        """Return a set of geometries."""
+        return GeometrySet([self.ids[name] for name in names])
+
+    @staticmethod
+    def poses(shift: float) -> np.ndarray:
+        """Return poses of the arm's frames, all overlapping a little."""
+        return np.array([at(0.1 * k + shift, 0.05 * k, 0.02 * k, 0.3 * k) for k in range(4)])
+
+
+def _ids_by_pair(table: Any, names: dict[int, str], fields: tuple[str, ...]) -> Any:
+    pairs = [(names[int(a)], names[int(b)]) for a, b in zip(table.id_A, table.id_B, strict=True)]
+    return pairs, *(getattr(table, field).tolist() for field in fields)
+
+
+def _model(inspector: Any, names: dict[int, str]) -> dict[str, Any]:
+    """Return what an inspector knows of each thing, by all ways that lead to it."""
+
+    def of(ids: Any) -> list[str]:
+        return [names[int(each)] for each in ids]
+
+    found: dict[str, Any] = {
+        "sources": [
+            (
+                inspector.get_name(s),
+                of(inspector.frames_for_source(s)),
+                of(inspector.get_geometries_for_source(s)),
+                inspector.get_source_id_by_name(inspector.get_name(s)) == s,
+            )
+            for s in inspector.get_all_source_ids()
+        ],
+        "with role": [of(inspector.get_all_geometry_ids(role)) for role in Role if role.value],
+        "deformable": of(inspector.get_all_deformable_geometry_ids()),
+    }
+    for f in inspector.get_all_frame_ids():
+        owner = inspector.get_owning_source_id(f)
+        name = names[int(f)]
+        found[f"frame {name}"] = (
+            names[int(inspector.get_parent_frame(f))],
+            of(inspector.get_child_frames(f)),
+            [of(inspector.get_geometries(f, role)) for role in (None, *Role)],
+            name == "world" or inspector.get_frame_id_by_name(owner, name) == f,
+        )
+    for g in inspector.get_all_geometry_ids():
+        frame, name = inspector.get_frame_id(g), names[int(g)]
+        roles = [role for role in Role if role.value and role in inspector.get_roles(g)]
+        parent = inspector.get_parent_geometry(g)
+        found[f"geometry {name}"] = (
+            names[int(frame)],
+            None if parent is None else names[int(parent)],
+            repr(inspector.get_shape(g)),
+            [(role, repr(inspector.get_properties(g, role))) for role in roles],
+            inspector.get_pose_in_frame(g).tolist(),
+            inspector.get_pose_in_parent(g).tolist(),
+            [inspector.get_geometry_id_by_name(frame, role, name) == g for role in roles],
+        )
+    return found
+
+
+def answers_of(world: World) -> dict[str, Any]:
+    """Return all that a world's context answers, by the names of what it is about."""
+    context: Context = world.context
+    inspector, query = context.inspector(), world.query
+    frames, ids = inspector.get_all_frame_ids(), inspector.get_all_geometry_ids()
+    names = {int(each): inspector.get_name(each) for each in (*frames, *ids)}
+    found = _model(inspector, names)
+    for source in inspector.get_all_source_ids():
+        if inspector.get_name(source) in ("arm", "o"):
+            found[f"X_PF of {inspector.get_name(source)}"] = context.frame_poses(source).tolist()
+    for f in frames:
+        found[f"X_WF of {names[int(f)]}"] = (
+            query.get_pose_in_world(f).tolist(),
+            query.get_pose_in_parent(f).tolist(),
+            context.frame_pose(f).tolist(),
+        )
+    near = [g for g in ids if inspector.get_properties(g, Role.PROXIMITY) is not None]
+    found["filtered"] = [
+        (names[int(a)], names[int(b)])
+        for a, b in itertools.combinations(near, 2)
+        if inspector.collision_filtered(a, b)
+    ]
+    for g in ids:
+        if inspector.is_deformable(g):
+            found[f"q_WG of {names[int(g)]}"] = context.configuration(g).tolist()
+    found["depth"] = _ids_by_pair(
+        query.compute_point_pair_penetration(), names, ("depth", "p_WCa", "p_WCb", "nhat_BA_W")
+    )
+    found["distance"] = _ids_by_pair(
+        query.compute_signed_distance_pairwise_closest_points(max_distance=0.2),
+        names,
+        ("distance", "p_ACa", "p_BCb"),
+    )
+    found["candidates"] = [
+        (names[int(pair.id_A)], names[int(pair.id_B)])
+        for pair in query.find_collision_candidates()
+    ]
+    points = query.compute_signed_distance_to_points(_POINTS)
+    found["points"] = (
+        [names[int(g)] for g in points.id_G],
+        points.distance.tolist(),
+        points.p_GN.tolist(),
+    )
+    found["renderers"] = world.graph.registered_renderer_names(context=context)
+    found["accuracy"] = str(world.graph.accuracy), len(query.compute_point_pair_penetration())
+    return found
+
+
+def _coloured() -> IllustrationProperties:
+    result = IllustrationProperties()
+    result.add_property("phong", "diffuse", Rgba(1, 0, 0, 1))
+    return result
+
+
+def _soft() -> ProximityProperties:
+    result = ProximityProperties()
+    add_compliant_hydroelastic_properties(result, 0.1, 1e5)
+    return result
+
+
+def _rigid() -> ProximityProperties:
+    result = ProximityProperties()
+    add_rigid_hydroelastic_properties(result, 0.1)
+    return result
+
+
+def _triangles() -> ProximityProperties:
+    result = ProximityProperties()
+    result.add_property("mesh", "representation", "triangles")
+    return result
+
+
+def _declare(world: World) -> None:
+    declaration = CollisionFilterDeclaration()
+    declaration.exclude_within(world.set_of("egg", "mesh", "box", "floor"))
+    declaration.allow_between(world.set_of("ball"), world.set_of("rod"))
+    world.graph.collision_filter_manager(world.context).apply(declaration)
+
+
+def _exclude(world: World) -> None:
+    world.graph.exclude_collisions_between(
+        world.set_of("egg"), world.set_of("hull"), context=world.context
+    )
+
+
+def _exclude_for_now(world: World) -> None:
+    declaration = CollisionFilterDeclaration()
+    declaration.exclude_between(world.set_of("can", "egg"), world.set_of("box"))
+    manager = world.graph.collision_filter_manager(world.context)
+    world.filter_id = manager.apply_transient(declaration)
+
+
+Edit = Callable[[World], Any]
+
+PREPARATIONS: dict[str, Edit] = {"remove transient": _exclude_for_now}
+"""What is done to a world before an edit, which is one change, can be made."""
+
+EDITS: dict[str, Edit] = {
+    "register source": lambda w: w.graph.register_source("new", context=w.context),
+    "remove source": lambda w: w.graph.remove_source(w.other, context=w.context),
+    "register frame": lambda w: w.graph.register_frame(
+        w.arm, GeometryFrame("new"), parent=w.frames["link1"], context=w.context
+    ),
+    "remove frame": lambda w: w.graph.remove_frame(w.arm, w.frames["link1"], context=w.context),
+    "rename frame": lambda w: w.graph.rename_frame(
+        w.arm, w.frames["link1"], "elbow", context=w.context
+    ),
+    "change parent": lambda w: w.graph.change_parent(
+        w.other, w.frames["crate"], w.frames["link2"], context=w.context
+    ),
+    "register geometry": lambda w: w.graph.register_geometry(
+        w.arm, w.frames["link2"], w.instance("new", at(0.1, 0, 0), Sphere(0.3)), context=w.context
+    ),
+    "register hanging geometry": lambda w: w.graph.register_geometry(
+        w.arm, w.ids["ball"], w.instance("new", at(0.1, 0, 0), Box(1, 1, 1)), context=w.context
+    ),
+    "register deformable geometry": lambda w: w.graph.register_deformable_geometry(
+        w.arm, WORLD, soft_instance("soft", Box(0.1, 0.1, 0.1)), 0.1, context=w.context
+    ),
+    "remove geometry": lambda w: w.graph.remove_geometry(w.other, w.ids["box"], context=w.context),
+    "rename geometry": lambda w: w.graph.rename_geometry(
+        w.arm, w.ids["rod"], "stick", context=w.context
+    ),
+    "assign proximity": lambda w: w.graph.assign_role(
+        w.arm, w.ids["picture"], ProximityProperties(), context=w.context
+    ),
+    "assign illustration": lambda w: w.graph.assign_role(
+        w.arm, w.ids["ball"], _coloured(), context=w.context
+    ),
+    "assign perception": lambda w: w.graph.assign_role(
+        w.arm, w.ids["ball"], PerceptionProperties(), context=w.context
+    ),
+    "replace properties": lambda w: w.graph.assign_role(
+        w.arm, w.ids["mesh"], _triangles(), RoleAssign.REPLACE, context=w.context
+    ),
+    "make compliant": lambda w: w.graph.assign_role(
+        w.arm, w.ids["ball"], _soft(), RoleAssign.REPLACE, context=w.context
+    ),
+    "make rigid": lambda w: w.graph.assign_role(
+        w.other, w.ids["box"], _rigid(), RoleAssign.REPLACE, context=w.context
+    ),
+    "remove role": lambda w: w.graph.remove_role(
+        w.arm, w.ids["rod"], Role.PROXIMITY, context=w.context
+    ),
+    "remove roles of a frame": lambda w: w.graph.remove_role(
+        w.other, w.frames["crate"], Role.PROXIMITY, context=w.context
+    ),
+    "change shape": lambda w: w.graph.change_shape(
+        w.arm, w.ids["ball"], Box(0.5, 0.4, 0.3), context=w.context
+    ),
+    "change shape and pose": lambda w: w.graph.change_shape(
+        w.other, w.ids["box"], Sphere(0.3), at(0.05, 0.1, 0.2, 1.0), context=w.context
+    ),
+    "change mesh": lambda w: w.graph.change_shape(
+        w.arm, w.ids["hull"], Convex(vertices=1.5 * _TETRAHEDRON), context=w.context
+    ),
+    "declare filters": _declare,
+    "exclude a pair": _exclude,
+    "apply transient": _exclude_for_now,
+    "remove transient": lambda w: w.graph.collision_filter_manager(w.context).remove_declaration(
+        w.filter_id
+    ),
+    "add renderer": lambda w: w.graph.add_renderer("new", Renderer(), context=w.context),
+    "remove renderer": lambda w: w.graph.remove_renderer("first", context=w.context),
+    "set accuracy": lambda w: w.graph.set_accuracy("quick", context=w.context),
+    "set engine": lambda w: w.graph.set_engine("native", context=w.context),
+    "set all poses": lambda w: w.context.set_frame_poses(w.arm, w.poses(0.03)),
+    "set some poses": lambda w: w.context.set_frame_poses(
+        w.arm, {w.frames["link1"]: at(0.2, 0.1, 0, 1), w.frames["tool"]: at(0.3, 0, 0.1, 2)}
+    ),
+    "set a pose": lambda w: w.context.set_frame_pose(w.other, w.frames["crate"], at(0.1, 0, 0)),
+    "set configurations": lambda w: w.context.set_configurations(
+        w.arm, {w.ids["pad"]: 1.1 * w.context.configuration(w.ids["pad"])}
+    ),
+}

@@ -1,0 +1,78 @@
+"""Interrupts at any instruction: Ctrl-C comes wherever it likes, so tests try many places.
+
+An instruction is an opcode of the interpreter, in any frame that runs while something is done. A
+trace function raises KeyboardInterrupt before the k-th of them. That is harsher than a signal,
+which the interpreter looks at only between some of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+import random
+import sys
+from types import FrameType
+from typing import Any
+
+from searching import times
+
+__all__ = ["instruction_count", "interrupted_at", "places"]
+
+SAMPLE = 20
+"""Instructions that are tried of each action, where a run of all tests does; else `times` more."""
+
+
+class _Tracer:
+    """Counts instructions, and interrupts one of them."""
+
+    def __init__(self, at: int, error: type[BaseException]) -> None:
+        self.count = 0
+        self._at, self._error = at, error
+
+    def call(self, frame: FrameType, event: str, argument: Any) -> Any:
+        """Trace a frame's instructions instead of its lines."""
+        frame.f_trace_opcodes, frame.f_trace_lines = True, False
+        return self.step
+
+    def step(self, frame: FrameType, event: str, argument: Any) -> Any:
+        """Count an instruction, and interrupt it if it is the one."""
+        if event == "opcode":
+            if self.count == self._at:
+                sys.settrace(None)
+                raise self._error
+            self.count += 1
+        return self.step
+
+
+def _run(
+    action: Callable[[], Any], at: int, error: type[BaseException] = KeyboardInterrupt
+) -> tuple[bool, int]:
+    before, tracer = sys.gettrace(), _Tracer(at, error)
+    sys.settrace(tracer.call)
+    try:
+        action()
+    except error:
+        return True, tracer.count
+    finally:
+        sys.settrace(before)
+    return False, tracer.count
+
+
+def instruction_count(action: Callable[[], Any]) -> int:
+    """Count the instructions that an action takes; it is done."""
+    return _run(action, -1)[1]
+
+
+def interrupted_at(
+    action: Callable[[], Any], at: int, error: type[BaseException] = KeyboardInterrupt
+) -> bool:
+    """Begin an action and interrupt it at an instruction; tell whether it came so far."""
+    return _run(action, at, error)[0]
+
+
+def places(count: int, seed: str) -> Iterator[int]:
+    """Return instructions to try of so many: a sample, or all where a search has the time."""
+    most = times(SAMPLE)
+    if most >= count:
+        return iter(range(count))
+    chosen = random.Random(seed).sample(range(count), most)
+    return iter(sorted(chosen))
