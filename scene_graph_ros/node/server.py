@@ -32,7 +32,7 @@ from scene_graph_ros.node.world.edits import Tools
 from scene_graph_ros.node.world.inputs import message_type, PoseInputs
 from scene_graph_ros.node.world.intake import TimeLimits
 from scene_graph_ros.node.world.planned_path import PlannedPath
-from scene_graph_ros.node.world.scenes import SceneLoader
+from scene_graph_ros.node.world.scenes import folders_of, SceneLoader
 from scene_graph_ros.node.world.world import World, WorldSnapshot
 
 if TYPE_CHECKING:
@@ -58,6 +58,7 @@ class Server:
         self.world_frame: str = self.parameter("world_frame")
         self.group = OwnThreadGroup()
         self.recorder: Recorder | None = None
+        self.recording_failed = False
         self.channels: Channels | None = None
         self._diagnostics = DiagnosticsTopic(node, self.parameter)
         self._monitor = Monitor()
@@ -178,7 +179,7 @@ class Server:
 
     def configure(self) -> None:
         """Load the scene and offer the services."""
-        loader = SceneLoader(self.parameter("package_paths"), message_type, EFFECT_NAMES)
+        loader = self._make_loader()
         self._begin_recording(loader)
         try:
             self._open_channels()
@@ -186,6 +187,15 @@ class Server:
         except BaseException:
             self._end_recording()
             raise
+
+    def _make_loader(self) -> SceneLoader:
+        """Return what loads scenes, with the folders below which requests may name texts."""
+        paths, scene = self.parameter("package_paths"), self.parameter("scene")
+        path = SceneLoader(paths, message_type, EFFECT_NAMES).resolve(scene) if scene else None
+        folders = folders_of(
+            self.parameter("resource_folders"), path, self.parameter("regions_folder")
+        )
+        return SceneLoader(paths, message_type, EFFECT_NAMES, folders=folders)
 
     def _open_channels(self) -> None:
         """Offer topics to clients of the view in a browser, where the parameter asks for it."""
@@ -218,6 +228,7 @@ class Server:
         recorder, self.recorder = self.recorder, None
         if recorder is not None:
             recorder.close()
+            self.recording_failed |= bool(recorder.failure())
 
     def _received(self, topic: Any, data: bytes) -> None:
         if self.recorder is not None:
@@ -243,7 +254,7 @@ class Server:
         self._kernels = KernelSupply(self.node.get_logger(), self._kernels_came)
         self._effects = Effects(self, lack=self._kernels.lack)
         self._effects.switch_off(world.effects_off)
-        tools = Tools(loader.resolve, message_type, loader.load_request, loader.text)
+        tools = Tools(loader.resolve, message_type, loader.load_request, loader.requested_text)
         self._services = Services(self, world, self._effects, tools)
         watched = Watched(
             world, self._inputs, self._configurations, self._effects, self._services,

@@ -17,6 +17,7 @@ from scene_graph_ros.scene_files.instances import (
     properties_from_spec,
 )
 from scene_graph_ros.scene_files.loaded_scene import LoadedRobot
+from scene_graph_ros.scene_files.packages import ROBOT_ENDINGS
 from scene_graph_ros.scene_files.schema import RobotSpec
 from scene_graph_ros.scene_files.srdf import load_srdf
 from scene_graph_ros.scene_files.urdf import load_urdf
@@ -86,7 +87,7 @@ def _robot_model(to: Application, spec: RobotSpec, index: int) -> RobotModel:
     packages = to.scene.packages
     with to.located("robots", index, "urdf"):
         model = load_urdf(
-            str(to.resolve(spec.urdf)),
+            str(to.resolve(spec.urdf, ROBOT_ENDINGS)),
             package_map=packages.package_map,
             package_dirs=packages.package_dirs,
         )
@@ -100,7 +101,7 @@ def _semantics(
     if spec.srdf is None:
         return None
     with to.located("robots", index, "srdf"):
-        semantics = load_srdf(str(to.resolve(spec.srdf)), model)
+        semantics = load_srdf(str(to.resolve(spec.srdf, ROBOT_ENDINGS)), model)
     to.warnings.extend(semantics.warnings)
     return semantics
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import NamedTuple
 
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.errors import MeshError
+from scene_graph_ros.geometry.files import package_folder
 from scene_graph_ros.geometry.meshes.cache import BuildCache
 from scene_graph_ros.geometry.meshes.color_warnings import warn_of_color
 from scene_graph_ros.geometry.meshes.io import read_file
@@ -46,6 +48,17 @@ def obj_look(shape: MeshShape) -> ObjLook | None:
     return _looks.get(shape.source_key, lambda: _read(path, len(load_surface(shape)[1])))
 
 
+def _library(path: Path, library: str) -> bytes:
+    """Read a library of a mesh file, from the file's package or folder: none of another place.
+
+    Raises MeshError.
+    """
+    folder, place = package_folder(path), os.path.normpath(path.parent.absolute() / library)
+    if not Path(place).is_relative_to(folder):
+        raise MeshError(f"it lies outside {folder}, and libraries of elsewhere are not read")
+    return read_file(place)
+
+
 def _read(path: Path, count: int) -> ObjLook | None:
     """Return the materials of ``count`` triangles."""
     contents = read_file(path)
@@ -62,7 +75,7 @@ def _read(path: Path, count: int) -> ObjLook | None:
     for library in uses.libraries:
         name = f"{str(path)!r} names the materials {library!r}"
         try:
-            materials = parse_mtl(read_file(path.parent / library), name)
+            materials = parse_mtl(_library(path, library), name)
         except MeshError as error:
             warn_of_color(f"{name}, shown without their colours: {error}")
             continue

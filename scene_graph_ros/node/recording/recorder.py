@@ -76,7 +76,8 @@ class Recorder:
     def __init__(self, node: Node, folder: str, most_bytes: int) -> None:
         """Begin; raises OSError where ``folder`` exists or can't be made."""
         self._events = node.resolve_topic_name(EVENTS)
-        self._spool = Spool(Path(folder), self._events, most_bytes)
+        told = node.get_logger().error
+        self._spool = Spool(Path(folder), self._events, most_bytes, told)
         self._lock = threading.Lock()
         self._seen: dict[tuple[str, str], Any] = {}
         self._first: dict[str, Any] = {}
