@@ -11,7 +11,7 @@ from typing import Any
 
 from ament_index_python.packages import get_package_share_directory
 
-from msg_adapters.message_classes import message_class
+from msg_adapters.message_classes import class_of_kind
 
 __all__ = ["definition_with_parts", "kind_of", "layout_of"]
 
@@ -35,7 +35,7 @@ def definition_with_parts(kind: str) -> str:
     """
     others = [
         f"{part.replace('/msg/', '/')}\n{_text(part)}"
-        for part in _fields_of_parts(message_class(kind))
+        for part in _fields_of_parts(class_of_kind(kind))
         if part != kind
     ]
     return _SEPARATOR.join([_text(kind), *others])
@@ -65,7 +65,7 @@ def _fields_of_parts(message_class: Any) -> dict[str, dict[str, str]]:
             named = _NAMED.search(field)
             name = f"{named[1]}/msg/{named[2]}" if named else ""
             if name and name not in found:
-                found[name] = message_class(name).get_fields_and_field_types()
+                found[name] = class_of_kind(name).get_fields_and_field_types()
                 waiting.append(found[name])
     return found
 

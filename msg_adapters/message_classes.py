@@ -16,7 +16,7 @@ from ament_index_python.packages import get_package_prefix
 
 from scene_graph_ros.geometry.quoting import quoted
 
-__all__ = ["UnknownKindError", "message_class"]
+__all__ = ["UnknownKindError", "class_of_kind"]
 
 _KIND = re.compile(r"([A-Za-z]\w*)/msg/([A-Za-z]\w*)", re.ASCII)
 
@@ -25,7 +25,7 @@ class UnknownKindError(ValueError):
     """A kind of messages that is not installed here, or no such name."""
 
 
-def message_class(kind: str) -> Any:
+def class_of_kind(kind: str) -> Any:
     """Return the class of ``package/msg/Name``. Raises UnknownKindError."""
     named = _KIND.fullmatch(kind)
     if named is None:

@@ -22,7 +22,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 
-from msg_adapters.message_classes import message_class, UnknownKindError
+from msg_adapters.message_classes import class_of_kind, UnknownKindError
 from scene_graph_ros.node.recording.events import encode, EVENTS, VERSION
 from scene_graph_ros.node.recording.spool import Spool
 from scene_graph_ros.node.runtime.names import NODE_NAME
@@ -123,7 +123,7 @@ class _Listener:
             self._heard_at = time.monotonic()
             self._spool.put(topic.name, topic.kind, data, qos=qos)
 
-        kind = message_class(topic.kind)
+        kind = class_of_kind(topic.kind)
         return self._node.create_subscription(kind, topic.name, take, profile, raw=True)
 
     def await_quiet(self) -> None:
@@ -139,7 +139,7 @@ class _Listener:
             self._node.destroy_subscription(subscription)
         self._keys = [
             self._node.create_subscription(
-                message_class(topic.kind), topic.name, _ignore, QoSProfile(depth=1), raw=True
+                class_of_kind(topic.kind), topic.name, _ignore, QoSProfile(depth=1), raw=True
             )
             for topic, subscription in self._heard.items()
             if subscription is not None and topic.kind == _MARKERS and topic.is_output

@@ -132,6 +132,8 @@ def _check(reader: RecordingReader, quiet: bool) -> int:
         f"{replay.inputs} inputs, {replay.edits} edits, {replay.updates} updates; contacts: "
         f"{counts[0]} equal ({counts[1]} of them without what was late), {counts[2]} different\n"
     )
+    if replay.left_out:
+        sys.stdout.write(f"{replay.left_out} messages were too large to be recorded\n")
     if check is not None and check.different:
         sys.stdout.write(f"the first that differs was published at {check.first_different} ns\n")
         return 1

@@ -13,7 +13,7 @@ from rclpy.validate_full_topic_name import validate_full_topic_name
 from rosbags.interfaces import QosDurability
 from rosbags.rosbag2.metadata import parse_qos
 
-from msg_adapters.message_classes import message_class
+from msg_adapters.message_classes import class_of_kind
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.replay.reader import Recorded, RecordingError
 
@@ -78,7 +78,7 @@ def _make_publisher(node: Any, message: Recorded) -> Any:
     where = f"the topic {quoted(message.topic)} can't be published"
     try:
         validate_full_topic_name(message.topic)
-        kind, profile = message_class(message.kind), _profile(message.qos)
+        kind, profile = class_of_kind(message.kind), _profile(message.qos)
     except (InvalidTopicNameException, ValueError) as error:
         raise RecordingError(f"{where}: {error}") from error
     return node.create_publisher(kind, message.topic, profile)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 import threading
 import time
@@ -16,7 +16,14 @@ from msg_adapters.definitions import kind_of, layout_of
 from scene_graph_ros.geometry.model.ids import SourceId
 from scene_graph_ros.node.recording.events import encode, EVENTS, text_of, VERSION
 from scene_graph_ros.node.recording.spool import Spool
-from scene_graph_ros.node.runtime.names import CAMERAS, TRANSFORMS
+from scene_graph_ros.node.runtime.names import (
+    CAMERAS,
+    CONTACT_MARKERS,
+    CONTACT_SURFACE_MARKERS,
+    CONTACT_SURFACE_POINTS,
+    CONTACTS,
+    TRANSFORMS,
+)
 from scene_graph_ros.node.world.intake import TimeLimits
 from scene_graph_ros.node.world.scene import SourceRecord
 from scene_graph_ros.node.world.world import World, WorldSnapshot
@@ -26,15 +33,33 @@ __all__ = ["Recorder", "Tape"]
 _KEY_PERIOD = 5.0
 """Seconds between whole scenes, where a viewer can begin."""
 
+_SAMPLES = (CONTACTS, CONTACT_MARKERS, CONTACT_SURFACE_MARKERS, CONTACT_SURFACE_POINTS)
+_MOST_SAMPLE = 1 << 22
+"""Bytes of a message on one of these topics, 4 MiB: some ten thousand contacts. All pairs of
+bodies may touch, and the rest of the recording would be lost for them."""
+
 _SECRET = {"browser_token"}
 """Parameters that a recording does not have."""
+
+
+LeaveOut = Callable[[str, int], bool]
+"""Tells whether a message on a topic, of so many bytes, is not recorded."""
 
 
 class Tape:
     """Takes the messages of one topic that the node publishes; a reader like any other."""
 
-    def __init__(self, spool: Spool, kind: Any, topic: str, qos: QoSProfile) -> None:
+    def __init__(
+        self,
+        spool: Spool,
+        kind: Any,
+        topic: str,
+        qos: QoSProfile,
+        leave_out: LeaveOut | None = None,
+    ) -> None:
+        """``leave_out`` is asked about each message."""
         self._spool, self._topic, self._qos = spool, topic, qos
+        self._leave_out = leave_out
         self._kind = kind_of(kind)
         self._key_at = float("-inf")
 
@@ -63,7 +88,8 @@ class Tape:
 
     def write(self, data: bytes) -> None:
         """Take a serialized message."""
-        self._spool.put(self._topic, self._kind, data, qos=self._qos)
+        if self._leave_out is None or not self._leave_out(self._topic, len(data)):
+            self._spool.put(self._topic, self._kind, data, qos=self._qos)
 
 
 class Recorder:
@@ -113,7 +139,13 @@ class Recorder:
         """
         if name == TRANSFORMS or name.startswith(CAMERAS):
             return None
-        return Tape(self._spool, kind, topic, qos)
+        return Tape(self._spool, kind, topic, qos, self._leaves_out if name in _SAMPLES else None)
+
+    def _leaves_out(self, topic: str, size: int) -> bool:
+        """Leave out what touches where that is too much, and say so in the recording."""
+        if size > _MOST_SAMPLE:
+            self._event("left_out", topic=topic, bytes=size)
+        return size > _MOST_SAMPLE
 
     def received(self, channel: Any, data: bytes, world: World) -> None:
         """Take a message that came in, in the thread that updates the world."""

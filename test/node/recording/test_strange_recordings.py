@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from msg_adapters.message_classes import message_class, UnknownKindError
+from msg_adapters.message_classes import class_of_kind, UnknownKindError
 from scene_graph_ros.node.recording import bag, spool
 from scene_graph_ros.node.recording.events import encode, VERSION
 from scene_graph_ros.replay import reader
@@ -161,8 +161,8 @@ def test_a_flipped_bit_never_ends_in_a_traceback(tmp_path, capsys):
 def test_only_installed_kinds_are_imported(kind, reason):
     """The ament index says which packages there are."""
     with pytest.raises(UnknownKindError, match=reason):
-        message_class(kind)
-    assert message_class("std_msgs/msg/String").__name__ == "String"
+        class_of_kind(kind)
+    assert class_of_kind("std_msgs/msg/String").__name__ == "String"
 
 
 def test_no_installed_package_is_taken_from_the_working_folder(tmp_path, monkeypatch):
@@ -173,7 +173,7 @@ def test_no_installed_package_is_taken_from_the_working_folder(tmp_path, monkeyp
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend("")
     with pytest.raises(UnknownKindError, match="working folder"):
-        message_class("installed_somewhere/msg/X")
+        class_of_kind("installed_somewhere/msg/X")
 
 
 def _removed(folder: Path) -> None:
