@@ -32,9 +32,9 @@ _ALLOWED = {
     "scene_graph_ros/geometry/meshes/texture_coordinates.py: trimesh.load": _IN_MEMORY,
     "scene_graph_ros/geometry/meshes/textures.py: Image.open": _IN_MEMORY,
     "scene_graph_ros/geometry/perception/gltf/answers.py: Image.open": _IN_MEMORY,
-    "scene_graph_ros/geometry/optimization/iris/regions_yaml.py: yaml.safe_load": _IN_MEMORY,
+    "scene_graph_ros/convex/iris/regions_yaml.py: yaml.safe_load": _IN_MEMORY,
     "scene_graph_ros/geometry/meshes/tetrahedralize.py: np.load": "what its own process wrote",
-    "scene_graph_ros/planning/shares/carried_checker.py: pickle.loads": (
+    "scene_graph_ros/planning/checker/carried_checker.py: pickle.loads": (
         "it came as part of a pickle, which the user's own executor has unpickled"
     ),
     "scene_graph_ros/node/services/region_files.py: os.fdopen": "writes a file of regions_folder",
@@ -57,15 +57,16 @@ _ALLOWED = {
     for path in (
         "scene_graph_ros/geometry/__init__.py",
         "scene_graph_ros/geometry/query/distance/fcl_engine.py",
+        "scene_graph_ros/geometry/optimization/__init__.py",
         "scene_graph_ros/geometry/query/on_demand.py",
         "scene_graph_ros/node/effects/camera.py",
         "scene_graph_ros/node/effects/state.py",
         "scene_graph_ros/node/services/plan_action.py",
         "scene_graph_ros/node/services/queries.py",
         "scene_graph_ros/planning/__init__.py",
-        "scene_graph_ros/planning/ompl_bridge/ompl_library.py",
+        "scene_graph_ros/planning/paths/ompl_bridge/ompl_library.py",
         "scene_graph_ros/planning/optimal_control/casadi_backend.py",
-        "scene_graph_ros/planning/retimers/retimer_libraries.py",
+        "scene_graph_ros/trajectories/retimers/retimer_libraries.py",
         "scene_graph_ros/robots/__init__.py",
         "scene_graph_ros/scene_files/__init__.py",
         "scene_graph_ros/warmup/task.py",

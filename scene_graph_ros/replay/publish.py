@@ -90,9 +90,10 @@ def _profile(text: str) -> QoSProfile:
         (qos, *_) = parse_qos(text)
     except Exception as error:  # the library raises whatever it meets
         raise ValueError(f"its offered QoS can't be read: {quoted(text)}") from error
-    if not isinstance(qos.depth, int) or qos.depth > _MOST_DEPTH:
-        raise ValueError(f"its depth is {quoted(qos.depth)}, at most {_MOST_DEPTH} are kept")
-    profile = QoSProfile(depth=max(qos.depth, 1))
+    depth: Any = qos.depth  # whatever the YAML says
+    if not isinstance(depth, int) or depth > _MOST_DEPTH:
+        raise ValueError(f"its depth is {quoted(depth)}, at most {_MOST_DEPTH} are kept")
+    profile = QoSProfile(depth=max(depth, 1))
     if qos.durability == QosDurability.TRANSIENT_LOCAL:
         profile.durability = DurabilityPolicy.TRANSIENT_LOCAL
     return profile

@@ -6,13 +6,13 @@ import zlib
 
 import pytest
 
+from scene_graph_ros.convex.errors import ConvexSetError
+from scene_graph_ros.convex.iris.regions_yaml import load_iris_regions_yaml_file
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.files import MAX_MESH_BYTES
 from scene_graph_ros.geometry.meshes import limited_inflate
 from scene_graph_ros.geometry.meshes.promises import check_promises, MAX_NODE_DEPTH
 from scene_graph_ros.geometry.meshes.textures import MAX_TEXELS, read_texture
-from scene_graph_ros.geometry.optimization.errors import ConvexSetError
-from scene_graph_ros.geometry.optimization.iris.regions_yaml import load_iris_regions_yaml_file
 from scene_graph_ros.located import SceneFileError
 from scene_graph_ros.scene_files.yaml_document import parse_yaml
 

@@ -5,9 +5,9 @@ from types import SimpleNamespace
 
 import pytest
 
+from scene_graph_ros.convex.errors import ConvexSetError
+from scene_graph_ros.convex.iris.regions_yaml import regions_from_document
 from scene_graph_ros.geometry.files import package_folder, Reach
-from scene_graph_ros.geometry.optimization.errors import ConvexSetError
-from scene_graph_ros.geometry.optimization.iris.regions_yaml import regions_from_document
 from scene_graph_ros.located import SceneFileError
 from scene_graph_ros.node.world.scenes import folders_of, SceneLoader
 from scene_graph_ros.scene_files import load_scene
