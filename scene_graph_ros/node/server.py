@@ -32,7 +32,7 @@ from scene_graph_ros.node.world.edits import Tools
 from scene_graph_ros.node.world.inputs import message_type, PoseInputs
 from scene_graph_ros.node.world.intake import TimeLimits
 from scene_graph_ros.node.world.planned_path import PlannedPath
-from scene_graph_ros.node.world.scenes import folders_of, SceneLoader
+from scene_graph_ros.node.world.scenes import loader_of, SceneLoader
 from scene_graph_ros.node.world.world import World, WorldSnapshot
 
 if TYPE_CHECKING:
@@ -179,7 +179,7 @@ class Server:
 
     def configure(self) -> None:
         """Load the scene and offer the services."""
-        loader = self._make_loader()
+        loader = loader_of(self.parameter, message_type, EFFECT_NAMES)
         self._begin_recording(loader)
         try:
             self._open_channels()
@@ -187,15 +187,6 @@ class Server:
         except BaseException:
             self._end_recording()
             raise
-
-    def _make_loader(self) -> SceneLoader:
-        """Return what loads scenes, with the folders below which requests may name texts."""
-        paths, scene = self.parameter("package_paths"), self.parameter("scene")
-        path = SceneLoader(paths, message_type, EFFECT_NAMES).resolve(scene) if scene else None
-        folders = folders_of(
-            self.parameter("resource_folders"), path, self.parameter("regions_folder")
-        )
-        return SceneLoader(paths, message_type, EFFECT_NAMES, folders=folders)
 
     def _open_channels(self) -> None:
         """Offer topics to clients of the view in a browser, where the parameter asks for it."""

@@ -18,7 +18,7 @@ from scene_graph_ros.scene_files.packages import Packages, resolve_resource, SCE
 if TYPE_CHECKING:
     from scene_graph_ros.scene_files.loaded_scene import LoadedScene
 
-__all__ = ["SceneLoader", "folders_of"]
+__all__ = ["SceneLoader", "folders_of", "loader_of"]
 
 
 def folders_of(named: str, scene: Path | None, regions: str) -> tuple[Path, ...]:
@@ -152,3 +152,18 @@ class SceneLoader:
         if source.robot is not None:
             edit.initial_poses.update(source.robot.frame_poses())
         return record
+
+
+def loader_of(
+    parameter: Callable[[str], Any],
+    check_pose_type: Callable[[str], Any],
+    effect_names: Collection[str],
+) -> SceneLoader:
+    """Return a node's loader, with the folders below which requests may name texts.
+
+    Raises SceneFileError where there is no such scene as the node starts with.
+    """
+    paths, scene = parameter("package_paths"), parameter("scene")
+    path = SceneLoader(paths, check_pose_type, effect_names).resolve(scene) if scene else None
+    folders = folders_of(parameter("resource_folders"), path, parameter("regions_folder"))
+    return SceneLoader(paths, check_pose_type, effect_names, folders=folders)
