@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import functools
 import hashlib
-import importlib
 import json
 from pathlib import Path
 import re
 from typing import Any
 
 from ament_index_python.packages import get_package_share_directory
+
+from msg_adapters.message_classes import class_of_kind
 
 __all__ = ["definition_with_parts", "kind_of", "layout_of"]
 
@@ -29,12 +30,12 @@ def kind_of(message_class: Any) -> str:
 def definition_with_parts(kind: str) -> str:
     """Return the definition of ``package/msg/Name`` and, after it, those of all its parts.
 
-    They are the files that packages install. Raises ImportError, LookupError or OSError where
+    They are the files that packages install. Raises UnknownKindError, LookupError or OSError where
     they are not.
     """
     others = [
         f"{part.replace('/msg/', '/')}\n{_text(part)}"
-        for part in _fields_of_parts(_class(kind))
+        for part in _fields_of_parts(class_of_kind(kind))
         if part != kind
     ]
     return _SEPARATOR.join([_text(kind), *others])
@@ -64,14 +65,9 @@ def _fields_of_parts(message_class: Any) -> dict[str, dict[str, str]]:
             named = _NAMED.search(field)
             name = f"{named[1]}/msg/{named[2]}" if named else ""
             if name and name not in found:
-                found[name] = _class(name).get_fields_and_field_types()
+                found[name] = class_of_kind(name).get_fields_and_field_types()
                 waiting.append(found[name])
     return found
-
-
-def _class(kind: str) -> Any:
-    package, _, name = kind.split("/")
-    return getattr(importlib.import_module(f"{package}.msg"), name)
 
 
 def _text(kind: str) -> str:

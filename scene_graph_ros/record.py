@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator, Sequence
-import importlib
 from pathlib import Path
 import signal
 import sys
@@ -23,6 +22,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 
+from msg_adapters.message_classes import class_of_kind, UnknownKindError
 from scene_graph_ros.node.recording.events import encode, EVENTS, VERSION
 from scene_graph_ros.node.recording.spool import Spool
 from scene_graph_ros.node.runtime.names import NODE_NAME
@@ -101,7 +101,7 @@ class _Listener:
         """Subscribe; None, and a word about it, for messages that are not installed here."""
         try:
             return self._subscribe(topic)
-        except (ImportError, AttributeError) as error:
+        except UnknownKindError as error:
             sys.stderr.write(f"record: {topic.name} can't be recorded: {error}\n")
             return None
 
@@ -123,7 +123,7 @@ class _Listener:
             self._heard_at = time.monotonic()
             self._spool.put(topic.name, topic.kind, data, qos=qos)
 
-        kind = _class_of(topic.kind)
+        kind = class_of_kind(topic.kind)
         return self._node.create_subscription(kind, topic.name, take, profile, raw=True)
 
     def await_quiet(self) -> None:
@@ -139,7 +139,7 @@ class _Listener:
             self._node.destroy_subscription(subscription)
         self._keys = [
             self._node.create_subscription(
-                _class_of(topic.kind), topic.name, _ignore, QoSProfile(depth=1), raw=True
+                class_of_kind(topic.kind), topic.name, _ignore, QoSProfile(depth=1), raw=True
             )
             for topic, subscription in self._heard.items()
             if subscription is not None and topic.kind == _MARKERS and topic.is_output
@@ -150,13 +150,8 @@ def _ignore(data: bytes) -> None:
     """Leave it to the subscription that records it."""
 
 
-def _class_of(kind: str) -> Any:
-    package, _, name = kind.split("/")
-    return getattr(importlib.import_module(f"{package}.msg"), name)
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Record until SIGINT or SIGTERM; return 0, 1 where it ended early, 2 where it can't begin."""
+    """Record until SIGINT or SIGTERM; return the exit code, as ``--help`` says them."""
     options = _parser().parse_args(arguments)
     target = "/" + options.node.strip("/")
     ending = threading.Event()
@@ -164,7 +159,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         signal.signal(number, lambda *_: ending.set())
     try:
         events = EVENTS.replace("~", target)
-        spool = Spool(Path(options.folder), events, options.max_bytes)
+        spool = Spool(Path(options.folder), events, options.max_bytes, _tell)
     except OSError as error:
         sys.stderr.write(f"record: {error}\n")
         return 2
@@ -172,9 +167,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     _record(spool, target, options.cameras, ending)
     spool.close()
     sys.stdout.write(f"{spool.written} messages in {options.folder}, {spool.dropped} dropped\n")
+    if spool.failure:
+        return 4
     if spool.end:
-        sys.stderr.write(f"record: {spool.end}\n")
-    return 1 if spool.end or spool.failure else 0
+        _tell(spool.end)
+    return 1 if spool.end else 0
+
+
+def _tell(problem: str) -> None:
+    sys.stderr.write(f"record: {problem}\n")
 
 
 def _record(spool: Spool, target: str, cameras: bool, ending: threading.Event) -> None:
@@ -211,7 +212,8 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m scene_graph_ros.record",
         description="Record what a running node takes in and puts out, until it is interrupted.",
-        epilog="Exit code 1: it ended before its time; 2: it could not begin.",
+        epilog="Exit code 1: it reached --max-bytes; 2: it could not begin; 4: the disk is full, "
+        "or the folder was removed.",
     )
     parser.add_argument("folder", metavar="FOLDER", help="where to; must not be there yet")
     parser.add_argument(

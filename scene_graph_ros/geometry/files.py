@@ -1,13 +1,15 @@
-"""Read files that others name: regular files only, within a size and a time.
+"""The door for files that others name: where they may lie, and how much of them is read.
 
-What is named may be a device, a pipe, a file of 40 GB or on a server that is gone. All of them
-are refused with ``OSError``, whose ``strerror`` says why.
+What is named may be a device, a pipe, a file of 40 GB or on a server that is gone, or a secret of
+the user's. All of them are refused with ``OSError``, whose ``strerror`` says why.
+``test/test_files_of_others.py`` lists each place that opens a file otherwise, with its reason.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import Future
+from dataclasses import dataclass
 import errno
 import os
 from pathlib import Path
@@ -19,7 +21,9 @@ __all__ = [
     "MAX_MESH_BYTES",
     "MAX_TEXT_BYTES",
     "FileMark",
+    "Reach",
     "find_file",
+    "package_folder",
     "read_limited",
     "read_marked",
     "read_part",
@@ -36,6 +40,60 @@ MAX_SECONDS = 20.0
 
 Result = TypeVar("Result")
 PathLike = str | os.PathLike[str]
+
+_MANIFESTS = ("package.xml", "model.config")
+"""What says that a folder is a package, of ROS or of Gazebo."""
+
+
+@dataclass(frozen=True)
+class Reach:
+    """Which texts somebody may name, and how much of a text messages may repeat.
+
+    A user's own call may name any file. A request comes from the network: it names files with the
+    endings that such texts have, below some folders, and messages repeat no line of a file that is
+    none of its kind.
+    """
+
+    folders: tuple[Path, ...] | None = None
+    """None: wherever the process may read."""
+
+    @property
+    def is_anywhere(self) -> bool:
+        """Whether the user names the files, who may read all that messages say."""
+        return self.folders is None
+
+    def checked(self, path: Path, endings: tuple[str, ...]) -> Path:
+        """Return the path without ``..``, if it may be named; whether it exists is not looked at.
+
+        A link below a folder leads wherever who owns the folder wants. Raises OSError.
+        """
+        if self.folders is None:
+            return path
+        plain = Path(os.path.normpath(path.absolute()))
+        if plain.suffix.lower() not in endings:
+            message = f"a request may name files that end with {' or '.join(endings)} here"
+            raise PermissionError(errno.EACCES, message, str(path))
+        if not any(plain.is_relative_to(folder) for folder in self._spellings()):
+            message = (
+                "lies in none of the folders whose files a request may name; the node's parameter"
+                " resource_folders names more"
+            )
+            raise PermissionError(errno.EACCES, message, str(path))
+        return plain
+
+    def _spellings(self) -> set[Path]:
+        """Return the folders as they are given and with links followed."""
+        given = [Path(os.path.normpath(folder.absolute())) for folder in self.folders or ()]
+        return {*given, *(Path(os.path.realpath(folder)) for folder in given)}
+
+
+def package_folder(path: PathLike) -> Path:
+    """Return the folder of the package that a file lies in, else the file's own folder."""
+    folder = Path(os.path.normpath(Path(path).absolute())).parent
+    for above in (folder, *folder.parents):
+        if any((above / name).is_file() for name in _MANIFESTS):
+            return above
+    return folder
 
 
 class FileMark(NamedTuple):

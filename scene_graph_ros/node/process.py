@@ -39,6 +39,9 @@ for longer than all the rest takes."""
 _PROFILES_FILE = "FASTRTPS_DEFAULT_PROFILES_FILE"
 """The variable that names a file of Fast DDS's profiles; other middleware does not read it."""
 
+_RECORDING_FAILED = 4
+"""Exit code where the disk took no more of a recording."""
+
 _PAUSE_AFTER_ERROR = 0.01
 """Seconds, so that a fault which stays does not keep a core busy."""
 
@@ -85,7 +88,7 @@ def _serve(ending: Ending) -> int:
     _spin_until(ending.requested, node)
     look_at_all_again()
     node.destroy_node()
-    return 0
+    return _RECORDING_FAILED if node.server.recording_failed else 0
 
 
 def _usage() -> argparse.ArgumentParser:

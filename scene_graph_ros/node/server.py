@@ -39,7 +39,7 @@ from scene_graph_ros.node.world.inputs import (
 )
 from scene_graph_ros.node.world.intake import TimeLimits, UNSTAMPED
 from scene_graph_ros.node.world.planned_path import PlannedPath
-from scene_graph_ros.node.world.scenes import SceneLoader
+from scene_graph_ros.node.world.scenes import loader_of, SceneLoader
 from scene_graph_ros.node.world.source_channel import Inputs
 from scene_graph_ros.node.world.world import World, WorldSnapshot
 
@@ -67,6 +67,7 @@ class Server:
         self.world_frame: str = self.parameter("world_frame")
         self.group = OwnThreadGroup()
         self.recorder: Recorder | None = None
+        self.recording_failed = False
         self.channels: Channels | None = None
         self._diagnostics = DiagnosticsTopic(node, self.parameter)
         self._monitor = Monitor()
@@ -187,7 +188,7 @@ class Server:
 
     def configure(self) -> None:
         """Load the scene and offer the services."""
-        loader = SceneLoader(self.parameter("package_paths"), message_type, EFFECT_NAMES)
+        loader = loader_of(self.parameter, message_type, EFFECT_NAMES)
         self._begin_recording(loader)
         try:
             self._open_channels()
@@ -227,6 +228,7 @@ class Server:
         recorder, self.recorder = self.recorder, None
         if recorder is not None:
             recorder.close()
+            self.recording_failed |= bool(recorder.failure())
 
     def _received(self, topic: Any, data: bytes) -> None:
         if self.recorder is not None:
@@ -258,7 +260,7 @@ class Server:
         self._kernels = KernelSupply(self.node.get_logger(), self._kernels_came)
         self._effects = Effects(self, lack=self._kernels.lack)
         self._effects.switch_off(world.effects_off)
-        tools = Tools(loader.resolve, message_type, loader.load_request, loader.text)
+        tools = Tools(loader.resolve, message_type, loader.load_request, loader.requested_text)
         self._services = Services(self, world, self._effects, tools)
         watched = Watched(
             world, self._inputs(), self._effects, self._services, self._monitor, self._namesakes

@@ -9,12 +9,15 @@ import sys
 
 from tqdm import tqdm
 
+from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.replay.reader import Recorded, RecordingError, RecordingReader
 
 __all__ = ["main"]
 
 _CONTACTS = "scene_graph_msgs/msg/ContactArray"
 _FPS = 30.0
+_LONGEST_GAP = 86400.0
+"""Seconds between two messages: a day. More is a damaged time; recordings keep a steady clock."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -33,8 +36,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return _check(reader, options.quiet)
         return _publish(reader, options.rate, options.quiet)
     except (RecordingError, OSError) as error:
-        sys.stderr.write(f"replay: {error}\n")
-        return 2
+        # Some of the libraries' reasons have several lines.
+        sys.stderr.write(f"replay: {' '.join(str(error).split())}\n")
+    except Exception as error:  # noqa: BLE001 - bytes of others make libraries raise anything
+        sys.stderr.write(
+            f"replay: {options.bag} can't be read: {type(error).__name__}: {quoted(error)}; it is"
+            " damaged, or another program wrote it. --repair NEW copies what is whole.\n"
+        )
+    return 2
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -82,7 +91,10 @@ def _rate(text: str) -> float:
 def _with_progress(reader: RecordingReader, quiet: bool) -> Iterator[Recorded]:
     """Yield the messages, and say at the end where they were cut off."""
     with tqdm(total=reader.size, unit="B", unit_scale=True, disable=quiet or None) as progress:
+        before = None
         for message in reader:
+            _check_gap(message, before)
+            before = message.time
             progress.update(reader.position - progress.n)
             yield message
         progress.update(reader.position - progress.n)
@@ -90,6 +102,16 @@ def _with_progress(reader: RecordingReader, quiet: bool) -> Iterator[Recorded]:
         sys.stderr.write(
             f"replay: {reader.path} was cut off; {reader.position} of {reader.size} bytes are "
             "whole. --repair makes a copy with an index.\n"
+        )
+
+
+def _check_gap(message: Recorded, before: int | None) -> None:
+    """Raise RecordingError where nobody would wait for a message."""
+    gap = 0.0 if before is None else (message.time - before) * 1e-9
+    if gap > _LONGEST_GAP:
+        raise RecordingError(
+            f"the message on {quoted(message.topic)} comes {gap:.3g} s after the one before it,"
+            f" and at most {_LONGEST_GAP:g} s are waited for: its time is damaged"
         )
 
 
@@ -110,6 +132,8 @@ def _check(reader: RecordingReader, quiet: bool) -> int:
         f"{replay.inputs} inputs, {replay.edits} edits, {replay.updates} updates; contacts: "
         f"{counts[0]} equal ({counts[1]} of them without what was late), {counts[2]} different\n"
     )
+    if replay.left_out:
+        sys.stdout.write(f"{replay.left_out} messages were too large to be recorded\n")
     if check is not None and check.different:
         sys.stdout.write(f"the first that differs was published at {check.first_different} ns\n")
         return 1

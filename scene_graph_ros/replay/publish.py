@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-import importlib
 import time
 from typing import Any
 
 import rclpy
+from rclpy.exceptions import InvalidTopicNameException
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.validate_full_topic_name import validate_full_topic_name
 from rosbags.interfaces import QosDurability
 from rosbags.rosbag2.metadata import parse_qos
 
-from scene_graph_ros.replay.reader import Recorded
+from msg_adapters.message_classes import class_of_kind
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.replay.reader import Recorded, RecordingError
 
 __all__ = ["publish"]
 
@@ -21,6 +24,10 @@ _DISCOVERY = 1.0
 
 _LOOK = 0.01
 """Seconds between two looks whether one has."""
+
+
+_MOST_DEPTH = 10_000
+"""Messages that a publisher keeps."""
 
 
 def publish(messages: Iterable[Recorded], rate: float) -> int:
@@ -40,9 +47,7 @@ def publish(messages: Iterable[Recorded], rate: float) -> int:
                 continue
             publisher = publishers.get(message.topic)
             if publisher is None:
-                publisher = node.create_publisher(
-                    _class(message.kind), message.topic, _profile(message.qos)
-                )
+                publisher = _make_publisher(node, message)
                 publishers[message.topic] = publisher
                 begin += _await_reader(publisher)
             if first is None:
@@ -68,14 +73,27 @@ def _await_reader(publisher: Any) -> float:
     return time.monotonic() - begin
 
 
-def _class(kind: str) -> Any:
-    package, _, name = kind.split("/")
-    return getattr(importlib.import_module(f"{package}.msg"), name)
+def _make_publisher(node: Any, message: Recorded) -> Any:
+    """Return a publisher as the recording describes it. Raises RecordingError."""
+    where = f"the topic {quoted(message.topic)} can't be published"
+    try:
+        validate_full_topic_name(message.topic)
+        kind, profile = class_of_kind(message.kind), _profile(message.qos)
+    except (InvalidTopicNameException, ValueError) as error:
+        raise RecordingError(f"{where}: {error}") from error
+    return node.create_publisher(kind, message.topic, profile)
 
 
 def _profile(text: str) -> QoSProfile:
-    qos = parse_qos(text)[0]
-    profile = QoSProfile(depth=max(qos.depth, 1))
+    """Return the profile that a recording has as YAML. Raises ValueError for what is none."""
+    try:
+        (qos, *_) = parse_qos(text)
+    except Exception as error:  # the library raises whatever it meets
+        raise ValueError(f"its offered QoS can't be read: {quoted(text)}") from error
+    depth: Any = qos.depth  # whatever the YAML says
+    if not isinstance(depth, int) or depth > _MOST_DEPTH:
+        raise ValueError(f"its depth is {quoted(depth)}, at most {_MOST_DEPTH} are kept")
+    profile = QoSProfile(depth=max(depth, 1))
     if qos.durability == QosDurability.TRANSIENT_LOCAL:
         profile.durability = DurabilityPolicy.TRANSIENT_LOCAL
     return profile

@@ -27,6 +27,8 @@ _U16, _U32, _U64 = struct.Struct("<H"), struct.Struct("<I"), struct.Struct("<Q")
 _MESSAGE = struct.Struct("<HIQQ")
 _SCHEMA_RECORD, _CHANNEL_RECORD, _MESSAGE_RECORD, _CHUNK_RECORD, _DATA_END = 3, 4, 5, 6, 15
 _CHUNK_HEAD = 8 + 8 + 8 + 4
+_MOST_BYTES = 1 << 28
+"""Of a record of the file, and of an unpacked chunk: 256 MiB. Messages have 64 MiB at most."""
 
 
 class RecordingError(ValueError):
@@ -71,7 +73,8 @@ class RecordingReader:
                 raise RecordingError(f"{self.path}: is no MCAP file")
             for code, content in self._records(file):
                 if code == _DATA_END:
-                    self.is_complete = file.read().endswith(_MAGIC)
+                    file.seek(max(file.tell(), self.size - len(_MAGIC)))
+                    self.is_complete = file.read(len(_MAGIC)) == _MAGIC
                     self.position = self.size
                     return
                 self.position = file.tell()
@@ -83,6 +86,10 @@ class RecordingReader:
             code, length = _HEAD.unpack(head)
             if length > self.size - file.tell():
                 return
+            if length > _MOST_BYTES:
+                raise RecordingError(
+                    f"{self.path}: a record of {length} bytes; at most {_MOST_BYTES} are read"
+                )
             yield code, file.read(length)
 
     def _messages(self, code: int, content: bytes) -> Iterator[Recorded]:
@@ -130,7 +137,11 @@ def _unpacked(chunk: bytes) -> bytes:
     if compression == "":
         return packed
     if compression == "zstd":
-        return zstd.decompress(packed)
+        # A hundred kilobytes may unpack to gigabytes: no more is unpacked than is taken.
+        records = zstd.ZstdDecompressor().decompress(packed, _MOST_BYTES + 1)
+        if len(records) > _MOST_BYTES:
+            raise struct.error(f"a chunk unpacks to more than {_MOST_BYTES} bytes")
+        return records
     raise struct.error(f"compression {compression!r} is not one that the node writes")
 
 

@@ -49,7 +49,7 @@ class Replay:
         """Wait for the beginning of a recording."""
         self.parameters: Mapping[str, Any] = {}
         self.snapshot: WorldSnapshot | None = None
-        self.updates = self.edits = self.inputs = 0
+        self.updates = self.edits = self.inputs = self.left_out = 0
         self._world: World | None = None
         self._texts: dict[Path, str] = {}
         self._channels: dict[tuple[str, str], SourceChannel[Any, Any]] = {}
@@ -257,6 +257,16 @@ class Replay:
     def _on_stop(self, time: int) -> None:
         self._channels.clear()
         self._owners.clear()
+
+    def _on_left_out(
+        self,
+        time: int,
+        *,
+        topic: str,
+        bytes: int,  # noqa: A002 - the event's own name for it
+    ) -> None:
+        """Count a message that was too large to be recorded: the world goes on without it."""
+        self.left_out += 1
 
     def _on_lost(self, time: int, *, count: int) -> None:
         raise RecordingError(

@@ -117,10 +117,10 @@ class Application:
             )
         return source.frames[name]
 
-    def resolve(self, resource: str) -> Path:
-        """Return the file that an address in the scene means."""
+    def resolve(self, resource: str, endings: tuple[str, ...] = ()) -> Path:
+        """Return the file that an address in the scene means, of a text with its ``endings``."""
         base, packages = self.scene.base, self.scene.packages
-        return resolve_resource(resource, base=base, packages=packages)
+        return resolve_resource(resource, base=base, packages=packages, endings=endings)
 
     def note_body(
         self,

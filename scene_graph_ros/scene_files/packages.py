@@ -12,12 +12,23 @@ import stat
 import sys
 import urllib.parse
 
-from scene_graph_ros.geometry.files import find_file, MAX_TEXT_BYTES, read_limited
+from scene_graph_ros.geometry.files import find_file, MAX_TEXT_BYTES, Reach, read_limited
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.located import SceneFileError
 from scene_graph_ros.scene_files.xml_tree import parse_xml
 
-__all__ = ["Packages", "UnknownPackageError", "find_package", "resolve_resource"]
+__all__ = [
+    "ROBOT_ENDINGS",
+    "SCENE_ENDINGS",
+    "Packages",
+    "UnknownPackageError",
+    "find_package",
+    "resolve_resource",
+]
+
+SCENE_ENDINGS = (".yaml", ".yml")
+ROBOT_ENDINGS = (".urdf", ".srdf", ".xml")
+"""Of the texts that a request may name."""
 
 _INDEX = Path("share/ament_index/resource_index/packages")
 
@@ -40,18 +51,29 @@ class Packages:
     5. the folders above the file that names the package, as in a source checkout;
     6. the prefixes of this Python environment, where wheels put robot descriptions;
     7. of the folders above the file one that is called as the package, without a manifest.
+
+    ``reach`` says which of the texts that are found may be read.
     """
 
     package_map: Mapping[str, str | Path] = field(default_factory=dict)
     package_dirs: tuple[str | Path, ...] = ()
+    reach: Reach = field(default_factory=Reach)
 
     @staticmethod
     def of(
         package_map: Mapping[str, str | Path] | None = None,
         package_dirs: Iterable[str | Path] = (),
+        reach: Reach | None = None,
     ) -> Packages:
         """Return the search rule for optional arguments as the loaders take them."""
-        return Packages(dict(package_map or {}), tuple(package_dirs))
+        return Packages(dict(package_map or {}), tuple(package_dirs), reach or Reach())
+
+    def folders(self) -> list[Path]:
+        """Return the folders in which packages keep what they share with everybody."""
+        prefixes = [*_environment_paths("AMENT_PREFIX_PATH"), *_python_prefixes()]
+        given = [*self.package_map.values(), *self.package_dirs]
+        named = [*map(Path, given), *_environment_paths("ROS_PACKAGE_PATH")]
+        return [*named, *(prefix / "share" for prefix in prefixes)]
 
     def find(self, name: str, *, near: Path | None = None) -> Path:
         """Return the share folder of package ``name``; ``near`` is a file that names it.
@@ -160,18 +182,26 @@ def find_package(
 
 
 def resolve_resource(
-    resource: str, *, base: Path | None = None, packages: Packages | None = None
+    resource: str,
+    *,
+    base: Path | None = None,
+    packages: Packages | None = None,
+    endings: tuple[str, ...] = (),
 ) -> Path:
     """Return the existing file that ``resource`` means.
 
     ``resource`` is ``package://<package>/<path>``, ``file:///<path>``, an absolute path or one
-    relative to the folder of ``base``, the file that contains it, or to the working folder.
+    relative to the folder of ``base``, the file that contains it, or to the working folder. With
+    ``endings`` it is a text, which has to be within the reach of ``packages``.
     Raises SceneFileError with the resource and the path tried.
     """
-    path = _path_of(resource, base, packages or Packages())
+    packages = packages or Packages()
+    path = _path_of(resource, base, packages)
     if "%" in resource and not _is(bool, path):
         path = Path(urllib.parse.unquote(str(path)))
     try:
+        if endings:
+            path = packages.reach.checked(path, endings)
         find_file(path)
     except OSError as error:
         missing = isinstance(error, (FileNotFoundError, NotADirectoryError))

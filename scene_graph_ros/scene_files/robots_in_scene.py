@@ -21,6 +21,7 @@ from scene_graph_ros.scene_files.instances import (
 )
 from scene_graph_ros.scene_files.limits_file import narrowed_by_file
 from scene_graph_ros.scene_files.loaded_scene import LoadedRobot, MovingBase
+from scene_graph_ros.scene_files.packages import ROBOT_ENDINGS, SCENE_ENDINGS
 from scene_graph_ros.scene_files.schema import RobotSpec
 from scene_graph_ros.scene_files.srdf import load_srdf
 from scene_graph_ros.scene_files.urdf import load_urdf
@@ -146,7 +147,7 @@ def _robot_model(to: Application, spec: RobotSpec, index: int) -> RobotModel:
         )
     if spec.joint_limits is not None:
         with to.located("robots", index, "joint_limits"):
-            limits = to.resolve(spec.joint_limits)
+            limits = to.resolve(spec.joint_limits, SCENE_ENDINGS)
             model = narrowed_by_file(model, limits, spec.joint_limits)
     to.warnings.extend(model.warnings)
     to.doubts.extend(model.doubts)
@@ -157,7 +158,7 @@ def _robot_model(to: Application, spec: RobotSpec, index: int) -> RobotModel:
 def _text_or_path(to: Application, spec: RobotSpec) -> str:
     """Return the path of a robot's URDF, or its text where a topic has it."""
     if isinstance(spec.urdf, str):
-        return str(to.resolve(spec.urdf))
+        return str(to.resolve(spec.urdf, ROBOT_ENDINGS))
     text = to.texts[spec.name]
     if not text.lstrip(" \t\r\n\0\ufeff").startswith("<"):
         raise SceneFileError(f"the description is no XML: {quoted(text)}")
@@ -170,7 +171,7 @@ def _semantics(
     if spec.srdf is None:
         return None
     with to.located("robots", index, "srdf"):
-        semantics = load_srdf(str(to.resolve(spec.srdf)), model)
+        semantics = load_srdf(str(to.resolve(spec.srdf, ROBOT_ENDINGS)), model)
     to.warnings.extend(semantics.warnings)
     return semantics
 

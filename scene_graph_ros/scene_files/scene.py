@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
-from scene_graph_ros.geometry.files import MAX_TEXT_BYTES, read_limited
+from scene_graph_ros.geometry.files import MAX_TEXT_BYTES, Reach, read_limited
 from scene_graph_ros.located import SceneFileError
 from scene_graph_ros.scene_files.checks import problems_of
-from scene_graph_ros.scene_files.packages import Packages, resolve_resource
+from scene_graph_ros.scene_files.packages import Packages, resolve_resource, SCENE_ENDINGS
 from scene_graph_ros.scene_files.scene_file import SceneFile
 from scene_graph_ros.scene_files.schema import SceneSpec
 from scene_graph_ros.scene_files.schema_errors import located_error
@@ -47,18 +47,20 @@ def load_scene(
     *,
     package_map: Mapping[str, str | Path] | None = None,
     package_dirs: Iterable[str | Path] = (),
+    reach: Reach | None = None,
 ) -> Scene:
     """Read a scene from a file, a ``package://`` or a ``file://`` address.
 
+    ``reach`` says which scenes, URDF and SRDF may be read; by default all that the user may read.
     Raises SceneFileError; each of its ``problems`` names file, line, path in the file and value.
     """
-    packages = Packages.of(package_map, package_dirs)
-    file = resolve_resource(str(path), packages=packages)
+    packages = Packages.of(package_map, package_dirs, reach)
+    file = resolve_resource(str(path), packages=packages, endings=SCENE_ENDINGS)
     try:
         text = read_limited(file, MAX_TEXT_BYTES)
     except OSError as error:
         raise SceneFileError(f"{file}: cannot be read: {error.strerror}") from error
-    return _scene(text, str(path), file, packages)
+    return _scene(text, str(path), file, packages, is_quoted=packages.reach.is_anywhere)
 
 
 def load_scene_text(
@@ -68,18 +70,29 @@ def load_scene_text(
     base: Path | None = None,
     package_map: Mapping[str, str | Path] | None = None,
     package_dirs: Iterable[str | Path] = (),
+    reach: Reach | None = None,
 ) -> Scene:
     """Read a scene from YAML text, called ``label`` in messages; see ``load_scene``.
 
     Relative paths in it start from the folder of the file ``base``, else from the working folder.
     """
-    return _scene(text, label, base, Packages.of(package_map, package_dirs))
+    return _scene(text, label, base, Packages.of(package_map, package_dirs, reach))
 
 
-def _scene(text: str | bytes, label: str, base: Path | None, packages: Packages) -> Scene:
-    document = parse_yaml(text, label)
+def _scene(
+    text: str | bytes,
+    label: str,
+    base: Path | None,
+    packages: Packages,
+    *,
+    is_quoted: bool = True,
+) -> Scene:
+    document = parse_yaml(text, label, is_quoted=is_quoted)
     if not isinstance(document.data, dict):
         raise document.error(f"a scene is a mapping, got {type(document.data).__name__}")
+    if "version" not in document.data:
+        # What is none is not gone through: its lines may be anything.
+        raise document.error("missing; a scene is a mapping with version: 1", "version")
     try:
         spec = SceneSpec.model_validate(document.data)
     except ValidationError as error:
@@ -89,6 +102,5 @@ def _scene(text: str | bytes, label: str, base: Path | None, packages: Packages)
         raise SceneFileError(problems)
     folder = Path.cwd() if base is None else base.parent
     mapped = {name: folder / path for name, path in spec.packages.items()}
-    return Scene(
-        spec, document, base, Packages({**mapped, **packages.package_map}, packages.package_dirs)
-    )
+    whole = replace(packages, package_map={**mapped, **packages.package_map})
+    return Scene(spec, document, base, whole)

@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from pydantic import ValidationError
 
 from scene_graph_ros.located import SceneFileError
-from scene_graph_ros.scene_files.yaml_document import YamlDocument
+from scene_graph_ros.scene_files.yaml_document import path_text, YamlDocument
 
 __all__ = ["located_error"]
+
+_UNKNOWN = "extra_forbidden"
+_MOST_UNKNOWN = 5
+"""Unknown keys that are named: a file of something else has as many as lines."""
+_LONGEST_KEY = 40
+"""Characters of an unknown key that are repeated."""
 
 _TEMPLATES = {
     "missing": "missing",
@@ -79,13 +86,26 @@ def located_error(error: ValidationError, document: YamlDocument) -> SceneFileEr
     Where a value fits none of several alternatives, the first one's complaint stands for all.
     """
     by_path: dict[tuple[str | int, ...], str] = {}
+    unknown = 0
     for item in error.errors(include_url=False):
         details: dict[str, Any] = dict(item)
         path = _path(details, document.data)
         where = document.location(*path)
+        if details["type"] == _UNKNOWN:
+            unknown += 1
+            if unknown > _MOST_UNKNOWN:
+                continue
+            where = replace(where, path=path_text((*path[:-1], _cut(path[-1]))))
         by_path.setdefault(path, f"{where}{': ' if where.path else ': scene '}{_message(details)}")
 
     def place(path: tuple[str | int, ...]) -> tuple[int, int]:
         return (document.location(*path).line or 0, list(by_path).index(path))
 
-    return SceneFileError([by_path[path] for path in sorted(by_path, key=place)])
+    problems = [by_path[path] for path in sorted(by_path, key=place)]
+    if unknown > _MOST_UNKNOWN:
+        problems.append(f"{document.file}: {unknown - _MOST_UNKNOWN} more unknown keys")
+    return SceneFileError(problems)
+
+
+def _cut(key: str | int) -> str | int:
+    return f"{key[:_LONGEST_KEY]}..." if isinstance(key, str) and len(key) > _LONGEST_KEY else key

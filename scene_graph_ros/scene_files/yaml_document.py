@@ -126,8 +126,24 @@ class YamlDocument:
         return SceneFileError(f"{self.location(*path)}: {message}")
 
 
-def parse_yaml(text: str | bytes, file: str) -> YamlDocument:
+def parse_yaml(text: str | bytes, file: str, *, is_quoted: bool = True) -> YamlDocument:
     """Parse a YAML text; ``file`` is its name in messages.
+
+    Where it is not ``is_quoted``, messages repeat nothing of a text that can't be parsed.
+
+    Raises SceneFileError as ``_parsed`` does.
+    """
+    try:
+        return _parsed(text, file)
+    except SceneFileError:
+        if is_quoted:
+            raise
+        remedy = "`python -m scene_graph_ros.check` says why to who may read it"
+        raise SceneFileError(f"{file}: is no YAML that can be read; {remedy}") from None
+
+
+def _parsed(text: str | bytes, file: str) -> YamlDocument:
+    """Parse a YAML text.
 
     Raises SceneFileError, with the line, for text that is no YAML, keys that are given twice or
     no text, tags for objects, aliases that contain themselves, and for values, aliased and merged

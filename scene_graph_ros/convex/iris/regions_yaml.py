@@ -14,6 +14,7 @@ import numpy as np
 
 from scene_graph_ros.convex.errors import ConvexSetError
 from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
+from scene_graph_ros.geometry.files import MAX_TEXT_BYTES, read_limited
 from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = [
@@ -22,6 +23,9 @@ __all__ = [
     "regions_to_yaml",
     "save_iris_regions_yaml_file",
 ]
+
+_MOST_NAMES, _LONGEST_NAME = 5, 40
+"""Of a file's keys, and their characters, that messages repeat."""
 
 _MOST_DIMENSIONS = 10_000
 """Of which a square matrix still fits in memory."""
@@ -80,7 +84,7 @@ def load_iris_regions_yaml_file(
     path = _path(filename, "load_iris_regions_yaml_file")
     _check_child_name(child_name, "load_iris_regions_yaml_file")
     try:
-        document = yaml.safe_load(path.read_text(encoding="utf-8"))
+        document = yaml.safe_load(read_limited(path, MAX_TEXT_BYTES))
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         # Dates that are none are a ValueError, what is nested too deeply is the last.
         raise ConvexSetError(f"{path}: no YAML: {error}") from None
@@ -110,17 +114,31 @@ def regions_from_document(
     if child_name is not None:
         document = _entry(document, child_name, where)
     if not isinstance(document, dict):
-        raise ConvexSetError(
-            f"{where}: regions must be a mapping of names, not {quoted(document)}"
-        )
-    return {str(name): _region(each, f"{where}: {name}") for name, each in document.items()}
+        raise ConvexSetError(f"{where}: regions must be a mapping of names, not {_kind(document)}")
+    return {str(name): _region(each, f"{where}: {_name(name)}") for name, each in document.items()}
+
+
+def _kind(value: Any) -> str:
+    """Say of what kind a value of a file is: the file may be of something else."""
+    return f"a value of type {type(value).__name__}"
+
+
+def _name(key: Any) -> str:
+    text = str(key)
+    return text if len(text) <= _LONGEST_NAME else f"{text[:_LONGEST_NAME]}..."
 
 
 def _entry(mapping: Any, key: str, where: str) -> Any:
     if not isinstance(mapping, dict) or key not in mapping:
-        found = f"it has {', '.join(map(str, mapping))}" if isinstance(mapping, dict) else ""
-        raise ConvexSetError(f"{where} has no {key!r}; {found or f'it is {quoted(mapping)}'}")
+        raise ConvexSetError(f"{where} has no {key!r}; it {_content(mapping)}")
     return mapping[key]
+
+
+def _content(value: Any) -> str:
+    if not isinstance(value, dict):
+        return f"is {_kind(value)}"
+    more = ", and others" if len(value) > _MOST_NAMES else ""
+    return f"has {', '.join(map(_name, list(value)[:_MOST_NAMES])) or 'nothing'}{more}"
 
 
 def _region(value: Any, where: str) -> HPolyhedron:
@@ -136,6 +154,6 @@ def _region(value: Any, where: str) -> HPolyhedron:
         A = np.zeros((0, n))
     if A.ndim != 2 or not is_whole or A.shape[1] != n:
         raise ConvexSetError(
-            f"{where}: A has the shape {A.shape}, ambient_dimension is {quoted(n)}"
+            f"{where}: A has the shape {A.shape}, ambient_dimension is {quoted(n)[:_LONGEST_NAME]}"
         )
     return HPolyhedron(A, b)

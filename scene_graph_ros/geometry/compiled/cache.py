@@ -8,20 +8,18 @@ folder's, of numba's version and of the flags. So a stale kernel can't be loaded
 moved installation finds its kernels, and a change of one file compiles only what depends on it.
 This folder counts for all, since a kernel may be called with lanes that its module does not
 import; of named tuples the fields are part of what a kernel is kept by. Where the cache can't be
-written, kernels are compiled anew in each process, with one warning.
+written, or others may write to it, kernels are compiled anew in each process, and what is damaged
+in it is compiled anew once, with one warning.
 
 Set ``SCENE_GRAPH_ROS_KERNEL_CACHE`` to place the cache elsewhere than the user's cache folder.
 """
 
 from __future__ import annotations
 
-import fcntl
 import functools
 import hashlib
-import itertools
 import os
 from pathlib import Path
-import pickle
 import re
 import sys
 import tempfile
@@ -32,6 +30,12 @@ import numba
 from numba.core import caching, serialize, sigutils
 import numba.core.config as numba_config
 from numba.core.types import containers
+
+from scene_graph_ros.geometry.compiled.kernel_files import (
+    KernelFiles,
+    make_folder,
+    why_not_trusted,
+)
 
 __all__ = [
     "FLAGS",
@@ -64,7 +68,7 @@ _IMPORT = re.compile(
 
 
 class KernelCacheWarning(UserWarning):
-    """Compiled kernels can't be kept, so each process compiles its own, which takes minutes."""
+    """Compiled kernels can't be kept, or are damaged: compiling them anew takes minutes."""
 
 
 def cache_root() -> Path:
@@ -80,10 +84,27 @@ def cache_problem() -> str:
     """Say why kernels can't be kept in the cache's folder; "" where they can."""
     try:
         root = cache_root()
-        root.mkdir(parents=True, exist_ok=True)
-        tempfile.TemporaryFile(dir=root).close()
+        make_folder(root, root)
+        problem = _why_not_trusted(root)
+        if not problem:
+            tempfile.TemporaryFile(dir=root).close()
     except (OSError, RuntimeError) as error:  # RuntimeError: there is no home folder
         return f"compiled kernels can't be kept: {error}"
+    return problem
+
+
+def _why_not_trusted(*folders: Path) -> str:
+    """Say which of the cache's folders may hold others' code, which would run as the user."""
+    for folder in folders:
+        try:
+            problem = why_not_trusted(folder.stat())
+        except FileNotFoundError:
+            continue
+        if problem:
+            return (
+                f"compiled kernels are neither read nor kept, as {folder} {problem}: remove it, "
+                "or let SCENE_GRAPH_ROS_KERNEL_CACHE name a folder of your own"
+            )
     return ""
 
 
@@ -112,51 +133,17 @@ class _Locator(caching._SourceFileBackedLocatorMixin, caching._CacheLocator):
         try:
             return str(cache_root() / self._folder)
         except RuntimeError as error:
-            _warn_once(str(error))
+            _warn_of(error)
             return os.devnull
+
+    def ensure_cache_path(self) -> None:
+        """Make the folder. Raises OSError."""
+        make_folder(cache_root(), Path(self.get_cache_path()))
 
     @classmethod
     def from_function(cls, function: Any, file: str) -> Any:
         """Return the one locator, whether or not its folder can be written."""
         return cls(function, file)
-
-
-class _KernelFiles(caching.IndexDataCacheFile):
-    """The files of one function: an index that leads from types to files of machine code.
-
-    Numba pickles an index as a whole, so that types of one module that is no more, or that only
-    another checkout has, would make all of it unreadable. Here each key is pickled for itself.
-    """
-
-    def load_all(self) -> dict[bytes, str]:
-        """Return the names of files by pickled keys, also of those that can't be read."""
-        packed: dict[bytes, str] = super()._load_index()
-        return packed
-
-    def _load_index(self) -> dict[Any, str]:
-        index = {}
-        for key, name in self.load_all().items():
-            try:
-                index[pickle.loads(key)] = name  # noqa: S301 - as numba's own
-            except (ImportError, AttributeError):
-                continue
-        return index
-
-    def save(self, key: Any, data: Any) -> None:
-        """Keep machine code; let no other process save a kernel of the same function meanwhile.
-
-        Two processes that compile the same function for different types would otherwise pick the
-        same free name from the index, and the key of the one would lead to the code of the other.
-        """
-        with (Path(self._cache_path) / ".lock").open("w") as lock:
-            fcntl.flock(lock, fcntl.LOCK_EX)
-            name = self._load_index().get(key)
-            if name is None:
-                packed = self.load_all()
-                names = map(self._data_name, itertools.count(1))
-                name = next(each for each in names if each not in packed.values())
-                self._save_index({**packed, self._dump(key): name})
-            self._save_data(name, data)
 
 
 def _fields(given: Any) -> list[Any]:
@@ -210,24 +197,49 @@ class KernelCache(caching.FunctionCache):
 
     def __init__(self, function: Any) -> None:
         super().__init__(function)
-        self._cache_file = _KernelFiles(
+        self._cache_file = KernelFiles(
             self._cache_path, self._impl.filename_base, self._impl.locator.get_source_stamp()
         )
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep machine code; where that can't be done, say so once and go on without."""
         try:
-            super().save_overload(sig, data)
-        except OSError as error:
-            _warn_once(error.strerror)
+            self._impl.locator.ensure_cache_path()
+            if self._is_trusted():
+                super().save_overload(sig, data)
+        except (OSError, RuntimeError) as error:
+            _warn_of(error)
 
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
+    def _load_overload(self, sig: Any, target_context: Any) -> Any:
         """Load machine code, or return None where there is none that can be read."""
+        key = self._index_key(sig, target_context.codegen())
         try:
-            return super().load_overload(sig, target_context)
+            data = self._cache_file.load(key) if self._is_trusted() else None
+            return None if data is None else self._impl.rebuild(target_context, data)
         except OSError as error:
-            _warn_once(error.strerror)
-            return None
+            _warn_of(error)
+        except Exception:  # noqa: BLE001 - what is damaged may raise anything
+            self._discard(key)
+        return None
+
+    def _discard(self, key: Any) -> None:
+        """Remove an entry that can't be loaded, so that it is compiled anew."""
+        _warn_once(f"some of the compiled kernels in {cache_root()} are damaged, and removed")
+        try:
+            self._cache_file.discard(key)
+        except OSError as error:
+            _warn_of(error)
+
+    def _is_trusted(self) -> bool:
+        """Tell whether nobody else can have written what is in the folder; warn if not."""
+        try:
+            problem = _why_not_trusted(cache_root(), Path(self._cache_path))
+        except RuntimeError as error:  # there is no home folder
+            _warn_of(error)
+            return False
+        if problem:
+            _warn_once(problem)
+        return not problem
 
     def _index_key(self, sig: Any, codegen: Any) -> Any:
         arguments, _ = sigutils.normalize_signature(sig)
@@ -236,14 +248,16 @@ class KernelCache(caching.FunctionCache):
         return (sig, codegen.magic_tuple(), code, held, repr(_fields(arguments)))
 
 
+def _warn_of(error: Exception) -> None:
+    reason = getattr(error, "strerror", None) or error
+    _warn_once(cache_problem() or f"compiled kernels can't be kept in {cache_root()}: {reason}")
+
+
 @functools.cache
 def _warn_once(problem: str) -> None:
     """Warn of each problem once, however many kernels have it."""
-    where = cache_problem() or f"compiled kernels can't be kept in {cache_root()}: {problem}"
     warnings.warn(
-        f"{where}; each process compiles its own, which takes minutes",
-        KernelCacheWarning,
-        stacklevel=2,
+        f"{problem}; they are compiled anew, which takes minutes", KernelCacheWarning, stacklevel=2
     )
 
 

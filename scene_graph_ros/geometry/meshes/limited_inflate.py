@@ -14,10 +14,12 @@ import threading
 from typing import Any
 import zlib
 
+from scene_graph_ros.geometry.files import MAX_MESH_BYTES
+
 __all__ = ["MAX_UNPACKED", "limited_inflate"]
 
-MAX_UNPACKED = 1 << 30
-"""Bytes, of all blocks of a file: four times what a file may have."""
+MAX_UNPACKED = MAX_MESH_BYTES
+"""Bytes, of all blocks of a file: as many as one may have that is not packed."""
 
 _budget = threading.local()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import NamedTuple
 
@@ -9,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.errors import MeshError
-from scene_graph_ros.geometry.files import FileMark
+from scene_graph_ros.geometry.files import FileMark, package_folder
 from scene_graph_ros.geometry.meshes.cache import BuildCache
 from scene_graph_ros.geometry.meshes.color_warnings import warn_of_color
 from scene_graph_ros.geometry.meshes.io import FilesRead, read_file, read_file_marked
@@ -47,6 +48,17 @@ def obj_look(shape: MeshShape) -> ObjLook | None:
     return _looks.get(shape.source_key, lambda: _read(path, len(load_surface(shape)[1])))
 
 
+def _library(path: Path, library: str) -> tuple[bytes, FilesRead]:
+    """Read a library of a mesh file, from the file's package or folder: none of another place.
+
+    Raises MeshError.
+    """
+    folder, place = package_folder(path), os.path.normpath(path.parent.absolute() / library)
+    if not Path(place).is_relative_to(folder):
+        raise MeshError(f"it lies outside {folder}, and libraries of elsewhere are not read")
+    return read_file_marked(place)
+
+
 def _read(path: Path, count: int) -> ObjLook | None:
     """Return the materials of ``count`` triangles."""
     contents = read_file(path)
@@ -63,7 +75,7 @@ def _read(path: Path, count: int) -> ObjLook | None:
     for library in uses.libraries:
         name = f"{str(path)!r} names the materials {library!r}"
         try:
-            contents, files = read_file_marked(path.parent / library)
+            contents, files = _library(path, library)
             materials = parse_mtl(contents, name)
         except MeshError as error:
             warn_of_color(f"{name}, shown without their colours: {error}")

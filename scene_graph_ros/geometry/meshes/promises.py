@@ -24,6 +24,9 @@ MAX_PLACES = 100_000
 
 _MAX_DEPTH = 100
 
+MAX_NODE_DEPTH = 500
+"""How deep the nodes of a glTF file may be in each other: each takes its parents' poses anew."""
+
 _NONSENSE = (
     ArithmeticError,
     AttributeError,
@@ -74,7 +77,11 @@ def _check_glb(contents: bytes, name: str) -> None:
 def _check_gltf(contents: bytes, name: str) -> None:
     """Accessors state counts, and nodes place bodies as often as they like."""
     try:
-        count = _corners_of_gltf(json.loads(contents))
+        tree = json.loads(contents)
+        count = _corners_of_gltf(tree)
+        _check_nodes(tree.get("nodes", ()), name)
+    except MeshError:
+        raise
     except _NONSENSE as error:
         raise MeshError(f"{name}: unreadable glTF: {error!r}"[:500]) from error
     if count > MAX_CORNERS:
@@ -94,6 +101,26 @@ def _corners_of_gltf(tree: Any) -> int:
         bodies.append(sum(counts[i] for i in used))
     placed = [node["mesh"] for node in tree.get("nodes", ()) if "mesh" in node]
     return int(total + sum(bodies) + sum(bodies[i] for i in placed))
+
+
+def _check_nodes(nodes: Any, name: str) -> None:
+    """Raise MeshError for nodes that are too deep in each other, or in themselves."""
+    if len(nodes) > MAX_PLACES:
+        raise MeshError(f"{name}: it has {len(nodes)} nodes, more than {MAX_PLACES}")
+    parents = dict[int, int]()
+    for index, node in enumerate(nodes):
+        for child in node.get("children", ()):
+            if parents.setdefault(int(child), index) != index:
+                raise MeshError(f"{name}: node {child} has two parents")
+    level = [index for index in range(len(nodes)) if index not in parents]
+    reached = 0
+    for _ in range(MAX_NODE_DEPTH):
+        reached += len(level)
+        level = [int(child) for index in level for child in nodes[index].get("children", ())]
+    if level or reached < len(nodes):
+        raise MeshError(
+            f"{name}: its nodes are more than {MAX_NODE_DEPTH} deep in each other, or in loops"
+        )
 
 
 def _check_dae(contents: bytes, name: str) -> None:

@@ -6,6 +6,8 @@ and true from the end on.
 
 from __future__ import annotations
 
+import errno
+import os
 from pathlib import Path
 from typing import Any
 
@@ -101,6 +103,8 @@ class Bag:
         if self._storage.chunk.msgs:
             self._storage.close_chunk()
         self._storage.bio.flush()
+        if not os.fstat(self._storage.bio.fileno()).st_nlink:
+            raise FileNotFoundError(errno.ENOENT, "was removed", str(self._storage.path))
         self._whole = self._storage.bio.tell()
 
     def close(self) -> None:

@@ -33,7 +33,10 @@ def decode(data: bytes) -> dict[str, Any]:
     """Return an event. Raises ValueError for bytes that are none."""
     if len(data) < _HEADER.size or data[:4] != _LITTLE_ENDIAN:
         raise ValueError(f"{len(data)} bytes are no event of a recording")
-    event = json.loads(data[_HEADER.size :].split(b"\0", 1)[0])
+    try:
+        event = json.loads(data[_HEADER.size :].split(b"\0", 1)[0])
+    except RecursionError as error:
+        raise ValueError("an event is nested too deeply") from error
     if isinstance(event, dict) and isinstance(event.get("event"), str):
         return event
     raise ValueError(f"an event has no name: {str(event)[:100]}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 import threading
 import time
@@ -16,7 +16,14 @@ from msg_adapters.definitions import kind_of, layout_of
 from scene_graph_ros.geometry.model.ids import SourceId
 from scene_graph_ros.node.recording.events import encode, EVENTS, text_of, VERSION
 from scene_graph_ros.node.recording.spool import Spool
-from scene_graph_ros.node.runtime.names import CAMERAS, TRANSFORMS
+from scene_graph_ros.node.runtime.names import (
+    CAMERAS,
+    CONTACT_MARKERS,
+    CONTACT_SURFACE_MARKERS,
+    CONTACT_SURFACE_POINTS,
+    CONTACTS,
+    TRANSFORMS,
+)
 from scene_graph_ros.node.runtime.raw_topics import Reader
 from scene_graph_ros.node.world.description_channel import DESCRIPTIONS
 from scene_graph_ros.node.world.intake import TimeLimits
@@ -28,15 +35,33 @@ __all__ = ["Recorder", "Tape"]
 _KEY_PERIOD = 5.0
 """Seconds between whole scenes, where a viewer can begin."""
 
+_SAMPLES = (CONTACTS, CONTACT_MARKERS, CONTACT_SURFACE_MARKERS, CONTACT_SURFACE_POINTS)
+_MOST_SAMPLE = 1 << 22
+"""Bytes of a message on one of these topics, 4 MiB: some ten thousand contacts. All pairs of
+bodies may touch, and the rest of the recording would be lost for them."""
+
 _SECRET = {"browser_token"}
 """Parameters that a recording does not have."""
+
+
+LeaveOut = Callable[[str, int], bool]
+"""Tells whether a message on a topic, of so many bytes, is not recorded."""
 
 
 class Tape:
     """Takes the messages of one topic that the node publishes; a reader like any other."""
 
-    def __init__(self, spool: Spool, kind: Any, topic: str, qos: QoSProfile) -> None:
+    def __init__(
+        self,
+        spool: Spool,
+        kind: Any,
+        topic: str,
+        qos: QoSProfile,
+        leave_out: LeaveOut | None = None,
+    ) -> None:
+        """``leave_out`` is asked about each message."""
         self._spool, self._topic, self._qos = spool, topic, qos
+        self._leave_out = leave_out
         self._kind = kind_of(kind)
         self._key_at = float("-inf")
 
@@ -65,7 +90,8 @@ class Tape:
 
     def write(self, data: bytes) -> None:
         """Take a serialized message."""
-        self._spool.put(self._topic, self._kind, data, qos=self._qos)
+        if self._leave_out is None or not self._leave_out(self._topic, len(data)):
+            self._spool.put(self._topic, self._kind, data, qos=self._qos)
 
 
 class Recorder:
@@ -78,7 +104,8 @@ class Recorder:
     def __init__(self, node: Node, folder: str, most_bytes: int) -> None:
         """Begin; raises OSError where ``folder`` exists or can't be made."""
         self._events = node.resolve_topic_name(EVENTS)
-        self._spool = Spool(Path(folder), self._events, most_bytes)
+        told = node.get_logger().error
+        self._spool = Spool(Path(folder), self._events, most_bytes, told)
         self._lock = threading.Lock()
         self._seen: dict[tuple[str, str, str], Any] = {}
         self._first: dict[str, Any] = {}
@@ -114,7 +141,13 @@ class Recorder:
         """
         if name == TRANSFORMS or name.startswith(CAMERAS):
             return None
-        return Tape(self._spool, kind, topic, qos)
+        return Tape(self._spool, kind, topic, qos, self._leaves_out if name in _SAMPLES else None)
+
+    def _leaves_out(self, topic: str, size: int) -> bool:
+        """Leave out what touches where that is too much, and say so in the recording."""
+        if size > _MOST_SAMPLE:
+            self._event("left_out", topic=topic, bytes=size)
+        return size > _MOST_SAMPLE
 
     def received(self, reader: Reader, data: bytes, world: World) -> None:
         """Take a message that came in, in the thread that updates the world."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from pathlib import Path
 import threading
 import time
@@ -26,6 +27,10 @@ _FLUSH_PERIOD = 0.5
 """Seconds of a recording that a kill may cost."""
 
 
+def _ignore(reason: str) -> None:
+    """Leave the reason to who asks for `Spool.failure`."""
+
+
 class _Item(NamedTuple):
     topic: str
     kind: str
@@ -37,15 +42,23 @@ class _Item(NamedTuple):
 class Spool:
     """Messages on their way to a `Bag`, in the order of their times, which all differ."""
 
-    def __init__(self, folder: Path, events_topic: str, most_bytes: int) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        events_topic: str,
+        most_bytes: int,
+        failed: Callable[[str], object] = _ignore,
+    ) -> None:
         """Begin a recording that ends where the file would be larger than ``most_bytes``.
 
+        ``failed`` is told, in the thread that writes, why a recording ended before its time.
         Raises OSError where the folder can't be made.
         """
         # The system's time at the start, and steady from there.
         self._offset = time.time_ns() - time.monotonic_ns()
         self._bag = Bag(folder, time.time_ns())
         self._events_topic, self._most_bytes = events_topic, most_bytes
+        self._failed = failed
         self._waiting: deque[_Item] = deque()
         self._changed = threading.Condition()
         self._waiting_bytes = 0
@@ -135,3 +148,4 @@ class Spool:
         except OSError as second:
             reason += f"; what is whole of it could not be kept apart: {second}"
         self.failure = self.end = reason
+        self._failed(reason)

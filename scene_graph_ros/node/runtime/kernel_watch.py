@@ -35,6 +35,6 @@ class KernelWatch:
         if not self._is_said:
             self._is_said = True
             self._logger.warning(
-                f"kernel {kernel} has to be compiled, as it is not in the cache any more: "
-                f"{_MEANING}"
+                f"kernel {kernel} has to be compiled, as it is not in the cache any more, or "
+                f"damaged there: {_MEANING}"
             )

@@ -26,6 +26,14 @@ PARAMETERS: tuple[Parameter, ...] = (
         read_only=True,
     ),
     Parameter(
+        "resource_folders",
+        "",
+        "Folders, separated by colons, below which requests may name YAML, URDF and SRDF files,"
+        " beside packages' share folders, the start scene's package or folder, and"
+        " regions_folder.",
+        read_only=True,
+    ),
+    Parameter(
         "world_frame",
         "world",
         "Name of the world frame in all outgoing headers.",

@@ -30,7 +30,7 @@ def load_regions(request: Any, response: Any, scope: QueryScope) -> None:
     if bool(request.resource) == bool(request.text):
         raise MessageError("either resource or text says the regions, and the other is empty")
     where, text = scope.text(request.resource) if request.resource else ("text", request.text)
-    document = parse_yaml(text, where).data
+    document = parse_yaml(text, where, is_quoted=not request.resource).data
     found = regions_from_document(document, where, request.child_name or None)
     ignored, kept = ignored_geometry(request.ignored, scope), []
     for name, region in found.items():

@@ -180,13 +180,14 @@ def _regions(work: _Work, text: Callable[[str], tuple[str, str]]) -> _Regions:
     if has_seeds:
         return _around_seeds(work, goals[0])
     where, found = text(given.resource) if given.resource else ("regions.text", given.text)
-    return _read(work, found, where, goals[0])
+    document = parse_yaml(found, where, is_quoted=not given.resource).data
+    return _read(work, document, where, goals[0])
 
 
-def _read(work: _Work, text: str, where: str, goal: NDArray[np.float64]) -> _Regions:
-    """Return regions of a YAML text."""
+def _read(work: _Work, document: Any, where: str, goal: NDArray[np.float64]) -> _Regions:
+    """Return regions of what a YAML text says."""
     child = work.goal.request.regions.child_name or None
-    found = regions_from_document(parse_yaml(text, where).data, where, child)
+    found = regions_from_document(document, where, child)
     require(work.limit, "max_regions", len(found), where)
     if not found:
         raise MessageError(f"{where} has no regions")

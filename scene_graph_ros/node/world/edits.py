@@ -149,6 +149,9 @@ def register_deformable_geometry(
     from msg_adapters.deformables import deformable_from_msg, volume_mesh_to_msg
 
     record = _owner(request, edit)
+    if not request.geometries:
+        # The answer names the topic of the source's deformable geometry: there may be none.
+        raise MessageError("geometries is empty: name at least one to register")
     world = edit.scene_graph.model_inspector().world_frame_id()
     for description in request.geometries:
         between_steps()

@@ -3,25 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TYPE_CHECKING
 
 from msg_adapters.errors import MessageError
 from scene_graph_ros.geometry.errors import UnknownIdError
-from scene_graph_ros.geometry.files import MAX_TEXT_BYTES, read_limited
+from scene_graph_ros.geometry.files import MAX_TEXT_BYTES, package_folder, Reach, read_limited
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.located import SceneFileError
 from scene_graph_ros.node.world.robot_motion import RobotMotion
 from scene_graph_ros.node.world.scene import Edit, SourceRecord
 from scene_graph_ros.node.world.source_topics import TF
 from scene_graph_ros.node.world.world import new_token
-from scene_graph_ros.scene_files.packages import Packages, resolve_resource
+from scene_graph_ros.scene_files.packages import Packages, resolve_resource, SCENE_ENDINGS
 
 if TYPE_CHECKING:
     from scene_graph_ros.scene_files.loaded_scene import LoadedScene
 
-__all__ = ["SceneLoader"]
+__all__ = ["SceneLoader", "folders_of", "loader_of"]
+
+
+def folders_of(named: str, scene: Path | None, regions: str) -> tuple[Path, ...]:
+    """Return the folders below which requests may name texts, beside those of packages.
+
+    ``named`` are some, separated by colons; with them come the package or the folder of the
+    ``scene`` that the node starts with, and the folder for ``regions``.
+    """
+    folders = [Path(part) for part in (*named.split(":"), regions) if part]
+    return tuple(folders if scene is None else [*folders, package_folder(scene)])
 
 
 @dataclass(frozen=True)
@@ -56,15 +66,21 @@ class SceneLoader:
         check_pose_type: Callable[[str], Any],
         effect_names: Collection[str],
         texts: Mapping[Path, str] | None = None,
+        folders: tuple[Path, ...] | None = None,
     ) -> None:
         """``package_paths`` are folders separated by colons.
 
         ``effect_names`` are the effects that a scene may switch off; ``texts`` has what files say
-        that are not to be read, by their paths.
+        that are not to be read, by their paths. Requests name texts below ``folders``, and those
+        that packages share; None: anywhere.
         """
         self._texts = {} if texts is None else texts
         self._folders = tuple(Path(part) for part in package_paths.split(":") if part)
         self._packages = Packages.of(package_dirs=self._folders)
+        if folders is None:
+            self._reach = Reach()
+        else:
+            self._reach = Reach((*self._packages.folders(), *folders))
         self._check_pose_type = check_pose_type
         self._effect_names = effect_names
 
@@ -72,11 +88,16 @@ class SceneLoader:
         """Return the file behind a path, ``file://`` or ``package://`` address."""
         return resolve_resource(resource, packages=self._packages)
 
-    def text(self, resource: str) -> tuple[str, str]:
-        """Return the path and the text of a scene file, both empty where ``resource`` is."""
+    def requested_text(self, resource: str) -> tuple[str, str]:
+        """Return as ``text`` does, if a request may name the file."""
+        return self.text(resource, self._reach)
+
+    def text(self, resource: str, reach: Reach | None = None) -> tuple[str, str]:
+        """Return the path and the text of a YAML file, both empty where ``resource`` is."""
         if not resource:
             return "", ""
-        path = self.resolve(resource).absolute()
+        packages = replace(self._packages, reach=reach or Reach())
+        path = resolve_resource(resource, packages=packages, endings=SCENE_ENDINGS).absolute()
         try:
             return str(path), read_limited(path, MAX_TEXT_BYTES).decode(errors="replace")
         except OSError as error:
@@ -87,7 +108,9 @@ class SceneLoader:
 
         Nor does it have the node connect to a server: a client could have it ask anyone.
         """
-        loaded = self._load(edit, request.resource, request.text, request.prefix)
+        loaded = self._load(
+            edit, request.resource, request.text, request.prefix, reach=self._reach
+        )
         off = [name for name, switch in loaded.effects.items() if switch == "off"]
         if off:
             raise MessageError(
@@ -132,7 +155,14 @@ class SceneLoader:
         assert record.motion is not None
         return Described(loaded, old.description, edit)
 
-    def _load(self, edit: Edit, resource: str, text: str = "", prefix: str = "") -> LoadedScene:
+    def _load(
+        self,
+        edit: Edit,
+        resource: str,
+        text: str = "",
+        prefix: str = "",
+        reach: Reach | None = None,
+    ) -> LoadedScene:
         # Reading files needs pydantic and the XML readers: only where a scene is loaded.
         from scene_graph_ros.scene_files import load_scene, load_scene_text
 
@@ -142,9 +172,9 @@ class SceneLoader:
                 self._texts[path], label=resource, base=path, package_dirs=self._folders
             )
         elif resource:
-            scene = load_scene(self.resolve(resource), package_dirs=self._folders)
+            scene = load_scene(resource, package_dirs=self._folders, reach=reach)
         else:
-            scene = load_scene_text(text, package_dirs=self._folders)
+            scene = load_scene_text(text, package_dirs=self._folders, reach=reach)
         loaded = scene.apply(edit.scene_graph, prefix=prefix)
         edit.add_cameras(loaded.cameras)
         for name in loaded.effects:
@@ -186,3 +216,18 @@ class SceneLoader:
 def _interpolates(robot: Any) -> bool:
     """Tell whether transforms that move a robot's base are composed at one time."""
     return robot.moving_base is None or robot.moving_base.interpolates
+
+
+def loader_of(
+    parameter: Callable[[str], Any],
+    check_pose_type: Callable[[str], Any],
+    effect_names: Collection[str],
+) -> SceneLoader:
+    """Return a node's loader, with the folders below which requests may name texts.
+
+    Raises SceneFileError where there is no such scene as the node starts with.
+    """
+    paths, scene = parameter("package_paths"), parameter("scene")
+    path = SceneLoader(paths, check_pose_type, effect_names).resolve(scene) if scene else None
+    folders = folders_of(parameter("resource_folders"), path, parameter("regions_folder"))
+    return SceneLoader(paths, check_pose_type, effect_names, folders=folders)

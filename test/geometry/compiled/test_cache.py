@@ -9,14 +9,15 @@ import sys
 _MODULE = """
 import sys
 import time
-from numba.core import caching
 from scene_graph_ros.geometry.compiled import kernel
 
-slow_index = caching.IndexDataCacheFile._save_index
-def save_slowly(self, overloads):
+from scene_graph_ros.geometry.compiled.kernel_files import KernelFiles
+
+slow_index = KernelFiles._save_index
+def save_slowly(self, entries):
     time.sleep(1.0)  # so that the processes overlap in saving
-    slow_index(self, overloads)
-caching.IndexDataCacheFile._save_index = save_slowly
+    slow_index(self, entries)
+KernelFiles._save_index = save_slowly
 
 @kernel.kernel
 def doubled(x):

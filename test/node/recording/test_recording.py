@@ -188,7 +188,8 @@ def test_a_full_disk_ends_the_recording_and_not_the_node(start_node, client, dom
     assert code == 0, said
     assert counted(said)[3] > 0
     assert counted(said)[5] == 0
-    assert node.stop() == 0
+    assert "the recording ended" in node.output()
+    assert node.stop() == 4
 
 
 def test_a_folder_that_is_there_is_not_overwritten(domain, tmp_path):

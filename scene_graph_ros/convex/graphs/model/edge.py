@@ -17,7 +17,6 @@ from scene_graph_ros.convex.graphs.expressions.expressions import (
 from scene_graph_ros.convex.graphs.expressions.functions import (
     FunctionConstraint,
     FunctionCost,
-    FunctionTerm,
 )
 from scene_graph_ros.convex.graphs.expressions.transcription import (
     ALL_TRANSCRIPTIONS,

@@ -1,0 +1,146 @@
+"""Which files a request may name, and how much of them an answer repeats."""
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from scene_graph_ros.convex.errors import ConvexSetError
+from scene_graph_ros.convex.iris.regions_yaml import regions_from_document
+from scene_graph_ros.geometry.files import package_folder, Reach
+from scene_graph_ros.located import SceneFileError
+from scene_graph_ros.node.world.scenes import folders_of, SceneLoader
+from scene_graph_ros.scene_files import load_scene
+
+_SHADOW = "root:$y$hunter2:19000:0:99999:7:::\nsecret:!:19000::::::\n"
+_CREDENTIALS = "hunter2: {user: secret}\npassword: hunter2\n"
+
+
+def _refused(loader: SceneLoader, resource: object) -> str:
+    request = SimpleNamespace(resource=str(resource), text="", prefix="")
+    with pytest.raises(SceneFileError) as caught:
+        loader.load_request(None, request)
+    return str(caught.value)
+
+
+@pytest.fixture(name="cell")
+def _cell(tmp_path):
+    """Return a folder below which requests may name files."""
+    folder = tmp_path / "cell"
+    folder.mkdir()
+    return folder
+
+
+@pytest.fixture(name="loader")
+def _loader(cell):
+    return SceneLoader("", lambda name: None, (), folders=(cell,))
+
+
+@pytest.mark.parametrize("content", [_SHADOW, _CREDENTIALS, "hunter2", "- hunter2\n- secret\n",
+                                     "a: *hunter2\n", "!hunter2 x\n", "[hunter2]: x\n",
+                                     "hunter2: 1\nhunter2: 2\n"])  # fmt: skip
+def test_what_is_no_scene_is_not_repeated(loader, cell, content):
+    """Also where it lies where scenes do, and is called like one."""
+    path = cell / "scene.yaml"
+    path.write_text(content)
+    said = _refused(loader, path)
+    assert "hunter2" not in said and "secret" not in said
+    assert "scene.yaml" in said
+
+
+def test_of_keys_that_are_unknown_five_are_named_and_cut(loader, cell):
+    """A mapping with a version may be something else's."""
+    keys = [f"{'k' * 60}{i}" for i in range(20)]
+    (cell / "a.yaml").write_text("version: 1\n" + "".join(f"{key}: secret\n" for key in keys))
+    said = _refused(loader, cell / "a.yaml")
+    assert said.count("k" * 40 + "...") == 5 and "k" * 41 not in said
+    assert "15 more unknown keys" in said and "secret" not in said
+
+
+@pytest.mark.parametrize(
+    ("place", "reason"),
+    [
+        ("secret.yaml", "lies in none of the folders"),
+        ("cell/../secret.yaml", "lies in none of the folders"),
+        ("cell/notes.txt", "end with .yaml or .yml"),
+        ("nothing.yaml", "lies in none of the folders"),
+        ("cell/nothing.yaml", "no such file"),
+    ],
+)
+def test_a_request_names_yaml_below_the_folders(loader, tmp_path, place, reason):
+    """Whether another file exists is not told."""
+    (tmp_path / "secret.yaml").write_text(_CREDENTIALS)
+    (tmp_path / "cell" / "notes.txt").write_text(_SHADOW)
+    for resource in (tmp_path / place, f"file://{tmp_path / place}"):
+        assert reason in _refused(loader, resource)
+    with pytest.raises(SceneFileError, match=reason):
+        loader.requested_text(str(tmp_path / place))
+
+
+def test_a_scene_of_a_request_names_no_robot_of_elsewhere(loader, cell, tmp_path):
+    """Its robots are texts, too."""
+    from scene_graph_ros.geometry import SceneGraph
+    from scene_graph_ros.scene_files import load_scene_text
+
+    (tmp_path / "secret.urdf").write_text("<hunter2/>")
+    (cell / "notes.txt").write_text("<hunter2/>")
+    for urdf in ("../secret.urdf", "notes.txt", "../nothing.urdf"):
+        text = f"version: 1\nrobots: [{{name: r, urdf: {urdf}}}]\n"
+        scene = load_scene_text(text, base=cell / "s.yaml", reach=loader._reach)
+        with pytest.raises(SceneFileError, match="a request may name") as caught:
+            scene.apply(SceneGraph())
+        assert "hunter2" not in str(caught.value)
+
+
+def test_links_below_a_folder_lead_where_its_owner_wants(loader, cell, tmp_path):
+    """So a workspace that was installed with links works."""
+    (tmp_path / "source.yaml").write_text("version: 1\n")
+    (cell / "installed.yaml").symlink_to(tmp_path / "source.yaml")
+    assert loader.requested_text(str(cell / "installed.yaml"))[1] == "version: 1\n"
+
+
+def test_the_folders_are_those_of_the_start(tmp_path):
+    """The named ones, that for regions, and the package or folder of the scene."""
+    package = tmp_path / "package"
+    (package / "config").mkdir(parents=True)
+    scene = package / "config" / "cell.yaml"
+    assert package_folder(scene) == package / "config"
+    (package / "package.xml").write_text("<package/>")
+    assert package_folder(scene) == package
+    assert folders_of("/a:/b", scene, "/r") == (Path("/a"), Path("/b"), Path("/r"), package)
+    assert folders_of("", None, "") == ()
+
+
+def test_what_packages_share_may_be_named(tmp_path, monkeypatch):
+    """Without any parameter."""
+    share = tmp_path / "share" / "robots"
+    share.mkdir(parents=True)
+    (share / "package.xml").write_text("<package/>")
+    (share / "cell.yaml").write_text("version: 1\n")
+    monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path))
+    loader = SceneLoader("", lambda name: None, (), folders=())
+    assert loader.requested_text("package://robots/cell.yaml")[1] == "version: 1\n"
+
+
+def test_the_users_own_call_reads_any_file_and_says_why(tmp_path):
+    """As the offline check does."""
+    path = tmp_path / "scene.txt"
+    path.write_text("a: *nobody\n")
+    with pytest.raises(SceneFileError, match="nobody"):
+        load_scene(path)
+    assert Reach().is_anywhere and not Reach(()).is_anywhere
+
+
+@pytest.mark.parametrize("child", [None, "regions"])
+@pytest.mark.parametrize(
+    "document",
+    ["hunter2", ["hunter2"], {f"{'k' * 50}{i}": "hunter2" for i in range(9)},
+     {"regions": "hunter2"}, {"regions": {"a": "hunter2"}}],
+)  # fmt: skip
+def test_of_what_are_no_regions_no_value_is_repeated(document, child):
+    """At most five names, each cut."""
+    with pytest.raises(ConvexSetError) as caught:
+        regions_from_document(document, "file", child)
+    said = str(caught.value)
+    assert "hunter2" not in said
+    assert "k" * 41 not in said and said.count("kkk...") <= 5
