@@ -40,6 +40,8 @@ setup(
     python_requires=">=3.11,<3.15",  # what the core has wheels for
     install_requires=[
         "setuptools",
+        "manifold3d",
+        "mapbox-earcut",
         "meshio",
         "numba",
         "numpy",

@@ -58,7 +58,8 @@ from scene_graph_ros.geometry.spatial.record_kernels import (
     place_records,
 )
 from scene_graph_ros.geometry.tables.held_table import hold
-from scene_graph_ros.geometry.tables.shape_table import build_shape_table, ShapeTable
+from scene_graph_ros.geometry.tables.shape_table import build_shape_table
+from scene_graph_ros.geometry.tables.table_arrays import ShapeTable
 from scene_graph_ros.warmup.bodies import FACES, many_corners, TETRAHEDRON
 
 __all__ = [

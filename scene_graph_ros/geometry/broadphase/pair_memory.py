@@ -14,7 +14,7 @@ from scene_graph_ros.geometry.broadphase.hierarchical_grid import candidate_pair
 from scene_graph_ros.geometry.broadphase.separating_axes import drop_separated
 from scene_graph_ros.geometry.broadphase.tracking import Bodies, Tracker
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
-from scene_graph_ros.geometry.tables.shape_table import ShapeTable
+from scene_graph_ros.geometry.tables.table_arrays import ShapeTable
 
 __all__ = ["PairMemory"]
 

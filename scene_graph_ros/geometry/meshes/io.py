@@ -32,6 +32,7 @@ from scene_graph_ros.geometry.meshes.scene_colors import scene_colors, scene_pic
 from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = [
+    "MESH_FILE_TYPES",
     "VOLUME_FILE_TYPES",
     "ColoredMesh",
     "buffer_files",
@@ -47,6 +48,9 @@ _BY_TRIMESH = frozenset({"dae", "glb", "gltf", "off", "ply", "stl"})
 
 VOLUME_FILE_TYPES = ("vtk", "vtu")
 """Suffixes, without the dot, of files that may hold tetrahedra: ``volume_io`` reads them."""
+
+MESH_FILE_TYPES = tuple(sorted((*_BY_TRIMESH, *VOLUME_FILE_TYPES, "obj")))
+"""Suffixes of all files that can be read, without the dot."""
 
 Triangulation = tuple[np.ndarray, np.ndarray]
 
@@ -176,7 +180,7 @@ def _copied(array: Any, dtype: Any, label: str) -> np.ndarray:
 
 def _read_by_trimesh(contents: bytes, file_type: str, name: str) -> ColoredMesh:
     if file_type not in _BY_TRIMESH:
-        known = ", ".join(sorted((*_BY_TRIMESH, *VOLUME_FILE_TYPES, "obj")))
+        known = ", ".join(MESH_FILE_TYPES)
         raise MeshError(f"{name}: no reader for {quoted(file_type)}; known are {known}")
     check_promises(contents, file_type, name)
     import trimesh

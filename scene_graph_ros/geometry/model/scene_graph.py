@@ -217,7 +217,7 @@ class SceneGraph(RendererRegistry, NotCopied):
         owner = self._owner(context)
         registration.check_instance(geometry)
         if geometry.properties(Role.PROXIMITY) is not None:
-            read_mesh_data(geometry.shape())
+            read_mesh_data(geometry.shape(), geometry.properties(Role.PROXIMITY), geometry.name())
         read_looks(geometry.shape(), geometry.properties, geometry.name())
         with owner.changing() as state:
             return registration.add_geometry(state, source_id, parent, geometry)
@@ -342,7 +342,8 @@ class SceneGraph(RendererRegistry, NotCopied):
         owner.state.require_source(source_id)
         record = owner.state.geometry(geometry_id)
         if record.deformable is None and Role.PROXIMITY in record.properties:
-            read_mesh_data(checked_shape(shape, record.name))
+            properties = record.properties[Role.PROXIMITY]
+            read_mesh_data(checked_shape(shape, record.name), properties, record.name)
         if record.deformable is None:
             read_looks(checked_shape(shape, record.name), record.properties.get, record.name)
         with owner.changing() as state:
