@@ -41,7 +41,6 @@ setup(
     install_requires=[
         "setuptools",
         "manifold3d",
-        "mapbox-earcut",
         "meshio",
         "numba",
         "numpy",
@@ -54,6 +53,7 @@ setup(
         "websockets>=14",
     ],
     extras_require={
+        "draco": ["DracoPy"],
         "fcl": ["python-fcl"],
         "graphs": ["clarabel"],
         "mixed-integer": ["pyscipopt"],

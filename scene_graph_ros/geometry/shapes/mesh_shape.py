@@ -193,6 +193,9 @@ def _restore(cls: type[MeshShape], values: list[Any]) -> MeshShape:
 
 
 def _checked_scale(name: str, scale: Any) -> tuple[float, float, float]:
+    given = np.asarray(scale)
+    if given.dtype.kind in "SU" or any(isinstance(x, (str, bytes)) for x in given.flat):
+        raise InvalidShapeError(f"{name}: scale must be numbers, not text: {quoted(scale)}")
     try:
         array = np.asarray(scale, dtype=np.float64)
     except (TypeError, ValueError, OverflowError) as error:
