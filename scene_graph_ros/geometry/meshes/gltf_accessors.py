@@ -16,6 +16,17 @@ _TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126:
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 
 
+def _packed(shape: tuple[int, int], dtype: np.dtype[Any], length: int) -> int:
+    """Return the stride of rows without one: that of their numbers.
+
+    Rows of a vertex's numbers begin at multiples of four bytes, as the standard demands: where
+    the data is as long as that takes, it is so.
+    """
+    size = shape[1] * dtype.itemsize
+    aligned = -4 * (-size // 4)
+    return aligned if shape[1] > 1 and shape[0] * aligned == length else size
+
+
 class Accessors:
     """The accessors of a document, read when asked for; errors name the one that is wrong."""
 
@@ -84,7 +95,7 @@ class Accessors:
         view = self._tree["bufferViews"][index]
         extensions = view.get("extensions", {})
         data = self.buffer_view(index)
-        stride = view.get("byteStride", shape[1] * dtype.itemsize)
+        stride = view.get("byteStride") or _packed(shape, dtype, len(data) - start)
         needed = start + (shape[0] - 1) * stride + shape[1] * dtype.itemsize if shape[0] else 0
         if min(start, stride, shape[0]) < 0 or needed > len(data) or not stride:
             told = f", which {' and '.join(extensions)} should unpack" if extensions else ""

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.compiled.kernel import kernel
-from scene_graph_ros.geometry.meshes.bvh import build_bvh, traversal_stack
+from scene_graph_ros.geometry.meshes.bvh import build_bvh
+from scene_graph_ros.geometry.meshes.solids.overlaps import meeting_boxes
 from scene_graph_ros.geometry.meshes.solids.winding import winding_numbers
 
 __all__ = ["outside_of_solid"]
@@ -21,39 +22,6 @@ _CORNERS = 24
 
 _BESIDE = 1e-9
 """Relative to the mesh's size: a sheet this near to the solid is no surface of its own."""
-
-
-@kernel
-def _meetings(lower, upper, tree):
-    """Return (k, 2) rows: which of n boxes meet which of a tree's; twice the work, no guess."""
-    node_lower, node_upper, left, right, order = tree
-    stack = traversal_stack()
-    count = 0
-    pairs = np.empty((0, 2), np.int64)
-    for fill in range(2):
-        if fill == 1:
-            pairs = np.empty((count, 2), np.int64)
-        count = 0
-        for i in range(len(lower)):
-            stack[0], depth = 0, 1
-            while depth > 0:
-                depth -= 1
-                node = stack[depth]
-                meets = True
-                for axis in range(3):
-                    meets = meets and lower[i, axis] <= node_upper[node, axis]
-                    meets = meets and upper[i, axis] >= node_lower[node, axis]
-                if not meets:
-                    continue
-                if left[node] >= 0:
-                    stack[depth], stack[depth + 1] = right[node], left[node]
-                    depth += 2
-                    continue
-                for slot in range(-1 - left[node], -1 - left[node] + right[node]):
-                    if fill == 1:
-                        pairs[count, 0], pairs[count, 1] = i, order[slot]
-                    count += 1
-    return pairs
 
 
 def outside_of_solid(
@@ -74,7 +42,7 @@ def outside_of_solid(
     solid = vertices[triangles]
     slack = _BESIDE * size
     tree: tuple[Any, ...] = build_bvh(solid.min(axis=1) - slack, solid.max(axis=1) + slack)
-    pairs = _meetings(corners.min(axis=1), corners.max(axis=1), tree)
+    pairs = meeting_boxes(corners.min(axis=1), corners.max(axis=1), tree)
     pairs = pairs[_may_cross(corners[pairs[:, 0]], solid[pairs[:, 1]], slack)]
     rows = np.unique(pairs[:, 0])
     whole = np.setdiff1d(np.arange(len(corners)), rows)

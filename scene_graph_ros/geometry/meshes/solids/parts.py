@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.meshes.solids.half_edges import Edges, edges_of, mates_of
 from scene_graph_ros.geometry.meshes.solids.walk import walk_parts
 
-__all__ = ["Parts", "find_parts", "signed_volumes"]
+__all__ = ["Parts", "find_parts", "joined_parts", "signed_volumes"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -52,6 +52,23 @@ def find_parts(vertices: FloatArray, triangles: IntArray) -> Parts:
         label, turned, is_two_sided = walk_parts(mate, edges.start)
         closed = _closed(edges, label, turned, is_two_sided)
     return _oriented(vertices, triangles, edges, (label, turned, closed))
+
+
+def joined_parts(alone: Parts, rest: Parts, shift: int) -> Parts:
+    """Return the closed ones of some parts, and other ones, whose vertices begin at ``shift``."""
+    kept = alone.is_closed[alone.label]
+    number = np.cumsum(alone.is_closed) - 1
+    count = int(alone.is_closed.sum())
+    at = np.cumsum(kept) - 1
+    closed = alone.is_closed
+    return Parts(
+        np.concatenate([alone.triangles[kept], rest.triangles + shift]),
+        np.concatenate([number[alone.label[kept]], rest.label + count]),
+        np.concatenate([closed[closed], rest.is_closed]),
+        np.concatenate([alone.runs_outwards[closed], rest.runs_outwards]),
+        np.concatenate([alone.volumes[closed], rest.volumes]),
+        np.concatenate([at[alone.against], rest.against + int(kept.sum())]),
+    )
 
 
 def signed_volumes(vertices: FloatArray, triangles: IntArray, label: IntArray, count: int):

@@ -104,7 +104,7 @@ def _without_strays(vertices: FloatArray, triangles: IntArray, repairs: list[Rep
     edges = edges_of(triangles)
     label, _, _ = walk_parts(mates_of(edges), edges.start)
     solid = np.bincount(label, ~flat)[label] > 0
-    if solid.all() or not solid.any():
+    if solid.all():
         return triangles
     stray = triangles[~solid]
     _note(repairs, "triangles without area", len(stray), vertices[stray[0]].mean(axis=0))

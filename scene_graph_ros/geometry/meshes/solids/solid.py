@@ -23,7 +23,12 @@ from scene_graph_ros.geometry.meshes.solids.half_edges import (
     open_half_edges,
 )
 from scene_graph_ros.geometry.meshes.solids.mesh_report import MeshReport, Repair
-from scene_graph_ros.geometry.meshes.solids.parts import find_parts, Parts, signed_volumes
+from scene_graph_ros.geometry.meshes.solids.parts import (
+    find_parts,
+    joined_parts,
+    Parts,
+    signed_volumes,
+)
 from scene_graph_ros.geometry.meshes.solids.repair import repaired
 from scene_graph_ros.geometry.meshes.solids.shed import without_membranes
 from scene_graph_ros.geometry.meshes.solids.union import unite, United
@@ -66,10 +71,10 @@ def solid_of(vertices: FloatArray, triangles: IntArray, repair_tolerance: float)
 
     ``repair_tolerance`` is relative to the size: how large gaps are that are closed.
     """
-    vertices, triangles = _welded(vertices, triangles)
-    if not len(triangles):
+    welded = _welded(vertices, triangles)
+    if not len(welded[1]):
         return _NOTHING
-    plain = _one_closed_part(vertices, triangles)
+    plain = _one_closed_part(*welded)
     return _of_any_parts(vertices, triangles, repair_tolerance) if plain is None else plain
 
 
@@ -103,14 +108,19 @@ def _one_closed_part(vertices: FloatArray, triangles: IntArray) -> Solid | None:
 
 
 def _of_any_parts(vertices: FloatArray, triangles: IntArray, tolerance: float) -> Solid:
-    size = float(np.ptp(vertices, axis=0).max())
+    size = float(np.ptp(vertices[triangles].reshape(-1, 3), axis=0).max())
+    # What is closed by the file's own numbers is a part, whatever else has the same vertices.
+    alone = find_parts(vertices, triangles)
+    at, rest = _welded(vertices, triangles[~alone.is_closed[alone.label]])
     repairs: list[Repair] = []
-    parts = find_parts(vertices, triangles)
-    membranes = triangles[:0]
-    if not parts.is_closed.all() or _has_doubles(triangles):
-        triangles, repairs = repaired(vertices, triangles, tolerance * size)
-        triangles, membranes = without_membranes(vertices, triangles)
-        parts = find_parts(vertices, triangles)
+    parts, membranes = find_parts(at, rest), rest[:0]
+    if not parts.is_closed.all() or _has_doubles(rest):
+        rest, repairs = repaired(at, rest, tolerance * size)
+        rest, membranes = without_membranes(at, rest)
+        parts = find_parts(at, rest)
+    parts = joined_parts(alone, parts, len(vertices))
+    membranes = membranes + len(vertices)
+    vertices = np.concatenate([vertices, at])
     united = unite(vertices, parts)
     if len(united.dropped):
         first = parts.triangles[parts.label == united.dropped[0]][0, 0]

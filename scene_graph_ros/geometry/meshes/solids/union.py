@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.meshes.distinct_rows import distinct_rows, used_indices
 from scene_graph_ros.geometry.meshes.solids.overlaps import groups_of_boxes
 from scene_graph_ros.geometry.meshes.solids.parts import Parts
+from scene_graph_ros.geometry.meshes.solids.press import pressed_together
 from scene_graph_ros.geometry.meshes.solids.winding import winding_numbers
 
 __all__ = ["United", "unite"]
@@ -131,7 +132,16 @@ def _united_group(
     """Return the boundary of the solid of parts whose boxes overlap, and how many are cavities."""
     import manifold3d
 
-    bodies = [_body(manifold3d, *_used(vertices, part.triangles)) for part in members]
+    label = np.repeat(np.arange(len(members)), [len(part.triangles) for part in members])
+    triangles = np.concatenate([part.triangles for part in members])
+    # Parts may share vertices, which go different ways.
+    own = distinct_rows(np.stack([np.repeat(label, 3), triangles.reshape(-1)], axis=1))
+    points = vertices[own.rows[:, 1]]
+    triangles = own.inverse.reshape(-1, 3)
+    points = pressed_together(points, triangles, label)
+    bodies = [
+        _body(manifold3d, *_used(points, triangles[label == k])) for k in range(len(members))
+    ]
     hollow = _cavities(vertices, members, bodies)
     solids = [body for body, is_hollow in zip(bodies, hollow, strict=True) if not is_hollow]
     hollows = [body for body, is_hollow in zip(bodies, hollow, strict=True) if is_hollow]
