@@ -152,8 +152,8 @@ def read_colored_mesh(contents: bytes, file_type: str, *, name: str) -> ColoredM
         raise MeshError(f"{name}: a Git LFS pointer, not the file itself: run git lfs pull")
     if file_type == "ply":
         check_promises(contents, file_type, name)
-        *mesh, colors = parse_ply(contents, name)
-        return ColoredMesh(*checked_mesh(*mesh, name), colors)
+        vertices, triangles, colors = parse_ply(contents, name)
+        return ColoredMesh(*checked_mesh(vertices, triangles, name), colors)
     if file_type in _OWN:
         return ColoredMesh(*checked_mesh(*_OWN[file_type](contents, name), name))
     mesh = _read_by_trimesh(contents, file_type, name)

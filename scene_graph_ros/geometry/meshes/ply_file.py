@@ -34,7 +34,7 @@ class _Property(NamedTuple):
 
 class _Element(NamedTuple):
     name: str
-    count: int
+    rows: int
     properties: list[_Property]
 
 
@@ -120,7 +120,7 @@ def _binary_table(element: _Element, order: str, body: bytes, at: int) -> tuple[
     for number, one in enumerate(element.properties):
         if one.count_kind is not None:
             kind = np.dtype(order + one.count_kind)
-            size = int(np.frombuffer(body, kind, 1, offset)[0]) if element.count else 0
+            size = int(np.frombuffer(body, kind, 1, offset)[0]) if element.rows else 0
             _check_list(size)
             sizes[one.name] = size
             fields += [(f"#{number}", kind), (one.name, np.dtype(order + one.kind), (size,))]
@@ -129,16 +129,16 @@ def _binary_table(element: _Element, order: str, body: bytes, at: int) -> tuple[
             fields.append((one.name, np.dtype(order + one.kind)))
             offset += np.dtype(one.kind).itemsize
     record = np.dtype(fields)
-    if at + record.itemsize * element.count <= len(body):
-        rows = np.frombuffer(body, record, element.count, at)
+    if at + record.itemsize * element.rows <= len(body):
+        rows = np.frombuffer(body, record, element.rows, at)
         lists = {k: one for k, one in enumerate(element.properties) if one.count_kind is not None}
         if all((rows[f"#{k}"] == sizes[one.name]).all() for k, one in lists.items()):
             columns = {p.name: rows[p.name] for p in element.properties if p.count_kind is None}
             entries = {
-                one.name: (np.full(element.count, sizes[one.name]), rows[one.name].reshape(-1))
+                one.name: (np.full(element.rows, sizes[one.name]), rows[one.name].reshape(-1))
                 for one in lists.values()
             }
-            return _Table(columns, entries), at + record.itemsize * element.count
+            return _Table(columns, entries), at + record.itemsize * element.rows
     return _uneven_table(element, _Bytes(body, at, order))
 
 
@@ -179,7 +179,7 @@ class _Words:
 def _uneven_table(element: _Element, source: _Bytes | _Words) -> tuple[_Table, int]:
     numbers: dict[str, list[Any]] = {p.name: [] for p in element.properties}
     sizes: dict[str, list[int]] = {p.name: [] for p in element.properties if p.count_kind}
-    for _ in range(element.count):
+    for _ in range(element.rows):
         for one in element.properties:
             size = 1
             if one.count_kind is not None:
@@ -198,10 +198,10 @@ def _text_table(element: _Element, numbers: NDArray[Any], row: int) -> tuple[_Ta
     if any(one.count_kind is not None for one in element.properties):
         return _uneven_table(element, _Words(numbers, row))
     width = len(element.properties)
-    end = row + element.count * width
+    end = row + element.rows * width
     if end > len(numbers):
         raise ValueError("it ends before its last row")
-    rows = numbers[row:end].reshape(element.count, width)
+    rows = numbers[row:end].reshape(element.rows, width)
     return _Table({one.name: rows[:, k] for k, one in enumerate(element.properties)}, {}), end
 
 

@@ -96,18 +96,22 @@ def build_surface(
     triangles = np.ascontiguousarray(triangles[has_area])
     part, solid_parts = _parts_left(solid.part, has_area, solid.solid_parts)
     corners = vertices[triangles]
-    tree = build_bvh(corners.min(axis=1), corners.max(axis=1))
+    lower, upper, left, right, order = build_bvh(corners.min(axis=1), corners.max(axis=1))
     return Surface(
-        vertices,
-        triangles,
-        normals[has_area],
-        at_vertices,
-        at_edges[has_area],
-        part,
-        solid_parts,
-        *tree,
-        solid.report,
-        solid.open_edges,
+        vertices=vertices,
+        triangles=triangles,
+        normals=normals[has_area],
+        vertex_pseudonormals=at_vertices,
+        edge_pseudonormals=at_edges[has_area],
+        part=part,
+        solid_parts=solid_parts,
+        node_lower=lower,
+        node_upper=upper,
+        node_left=left,
+        node_right=right,
+        order=order,
+        report=solid.report,
+        open_edges=solid.open_edges,
     )
 
 

@@ -18,6 +18,7 @@ __all__ = ["Parts", "find_parts", "joined_parts", "signed_volumes"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
 
 _ROUNDS = 16
 """Of pairing around edges that parts share; each round leaves fewer open ones."""
@@ -71,12 +72,15 @@ def joined_parts(alone: Parts, rest: Parts, shift: int) -> Parts:
     )
 
 
-def signed_volumes(vertices: FloatArray, triangles: IntArray, label: IntArray, count: int):
+def signed_volumes(
+    vertices: FloatArray, triangles: IntArray, label: IntArray, count: int
+) -> FloatArray:
     """Return (count,): six times the volume of each part; negative where it faces inwards."""
     first = np.zeros(count, dtype=np.int64)
     first[label[::-1]] = triangles[::-1, 0]
     a, b, c = (vertices[triangles[:, k]] - vertices[first[label]] for k in range(3))
-    return np.bincount(label, np.einsum("ij,ij->i", a, np.cross(b, c)), count)
+    six = np.einsum("ij,ij->i", a, np.cross(b, c))
+    return np.bincount(label, six, count)
 
 
 def _directions(edges: Edges, turned: NDArray[np.bool_]) -> IntArray:
@@ -85,7 +89,9 @@ def _directions(edges: Edges, turned: NDArray[np.bool_]) -> IntArray:
     return np.where(forward, 1, -1)
 
 
-def _closed(edges: Edges, label: IntArray, turned, is_two_sided) -> NDArray[np.bool_]:
+def _closed(
+    edges: Edges, label: IntArray, turned: BoolArray, is_two_sided: BoolArray
+) -> NDArray[np.bool_]:
     """Tell which parts run through each of their edges as often one way as the other."""
     count = len(is_two_sided)
     closed = is_two_sided.copy()
@@ -102,7 +108,7 @@ def _closed(edges: Edges, label: IntArray, turned, is_two_sided) -> NDArray[np.b
 
 
 def _pair_around(
-    vertices: FloatArray, triangles: IntArray, edges: Edges, mate: IntArray, is_closed
+    vertices: FloatArray, triangles: IntArray, edges: Edges, mate: IntArray, is_closed: BoolArray
 ) -> bool:
     """Pair half edges of open parts around edges that have an even number of them; tell if any."""
     counts = edges.counts
@@ -145,7 +151,12 @@ def _tighter(angles: FloatArray) -> int:
     return 0 if gaps[::2].sum() <= gaps[1::2].sum() else 1
 
 
-def _oriented(vertices: FloatArray, triangles: IntArray, edges: Edges, walked) -> Parts:
+def _oriented(
+    vertices: FloatArray,
+    triangles: IntArray,
+    edges: Edges,
+    walked: tuple[IntArray, BoolArray, BoolArray],
+) -> Parts:
     label, turned, closed = walked
     count = len(closed)
     raw = triangles

@@ -207,7 +207,7 @@ def _cavities(vertices: FloatArray, members: list[_Part], bodies: Sequence[Any])
         inner = np.flatnonzero(is_candidate & (volumes < other.volume))
         if len(inner):
             inner = inner[winding_numbers(middles[inner], vertices, other.triangles) > 0]
-        for i in inner:
+        for i in inner.tolist():
             around[i].append(k)
     result = []
     for i, part in enumerate(members):
