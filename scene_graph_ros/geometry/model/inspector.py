@@ -28,7 +28,7 @@ from scene_graph_ros.geometry.model.roles import checked_role, Role
 from scene_graph_ros.geometry.model.state import GeometryState
 from scene_graph_ros.geometry.model.version import GeometryVersion
 from scene_graph_ros.geometry.quoting import quoted
-from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+from scene_graph_ros.geometry.shapes.mesh import Mesh
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 from scene_graph_ros.geometry.shapes.shape import Shape
 
@@ -365,8 +365,7 @@ class SceneGraphInspector(NotCopied):
         Raises MeshError as get_convex_hull does.
         """
         shape = self._state.geometry(geometry_id).shape
-        is_mesh = isinstance(shape, MeshShape) and shape.kind == ShapeKind.MESH
-        return report_of(shape) if is_mesh else None
+        return report_of(shape) if isinstance(shape, Mesh) else None
 
     def collision_filtered(self, id_A: GeometryId, id_B: GeometryId) -> bool:
         """Tell whether collision queries skip a pair: same frame, both anchored, or excluded.

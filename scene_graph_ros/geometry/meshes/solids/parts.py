@@ -80,7 +80,7 @@ def signed_volumes(
     first[label[::-1]] = triangles[::-1, 0]
     a, b, c = (vertices[triangles[:, k]] - vertices[first[label]] for k in range(3))
     six = np.einsum("ij,ij->i", a, np.cross(b, c))
-    return np.bincount(label, six, count)
+    return np.asarray(np.bincount(label, six, count), dtype=np.float64)
 
 
 def _directions(edges: Edges, turned: NDArray[np.bool_]) -> IntArray:
