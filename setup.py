@@ -40,6 +40,7 @@ setup(
     python_requires=">=3.11,<3.15",  # what the core has wheels for
     install_requires=[
         "setuptools",
+        "manifold3d",
         "meshio",
         "numba",
         "numpy",
@@ -52,6 +53,7 @@ setup(
         "websockets>=14",
     ],
     extras_require={
+        "draco": ["DracoPy"],
         "fcl": ["python-fcl"],
         "graphs": ["clarabel"],
         "mixed-integer": ["pyscipopt"],

@@ -54,10 +54,10 @@ __all__ = [
 SMALLEST_SIZE = 1e-6
 """Metres. Of a point, a sphere of radius 0: viewers warn about markers without any size."""
 
-_VIEWER_FILE_TYPES = frozenset({"dae", "glb", "obj", "stl"})
-"""Mesh files that RViz and Foxglove read by themselves."""
+_VIEWER_FILE_TYPES = frozenset({"dae", "obj", "stl"})
+"""Mesh files that RViz and Foxglove read by themselves, and alike: glTF some turn, some do not."""
 
-_FILE_TYPES_WITH_MATERIALS = frozenset({"dae", "glb", "obj"})
+_FILE_TYPES_WITH_MATERIALS = frozenset({"dae", "obj"})
 """Those of them that can say what they are made of."""
 
 

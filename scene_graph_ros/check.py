@@ -1,6 +1,6 @@
-"""Check scene, robot and parameter files without a running node.
+"""Check scene, robot, parameter and mesh files without a running node.
 
-    python -m scene_graph_ros.check cell.yaml robot.urdf robot.srdf parameters.yaml
+    python -m scene_graph_ros.check cell.yaml robot.urdf robot.srdf parameters.yaml part.stl
 
 Prints a summary of each file, or what is wrong with it and where. Ends with 0 if all files are
 usable, 1 if one is not, and 2 for a wrong call.
@@ -20,7 +20,14 @@ from scene_graph_ros.geometry import Role, SceneGraph
 from scene_graph_ros.geometry.errors import SceneGraphError, UnsupportedPairError
 from scene_graph_ros.geometry.files import MAX_TEXT_BYTES, read_limited
 from scene_graph_ros.geometry.meshes.color_warnings import mesh_color_warnings_told
+from scene_graph_ros.geometry.model.mesh_notes import mesh_notes
 from scene_graph_ros.located import SceneFileError, suggestion
+from scene_graph_ros.mesh_check import (
+    draw_open_edges,
+    is_mesh_file,
+    mesh_file_report,
+    mesh_summary,
+)
 from scene_graph_ros.node.effects.declarations import EFFECT_NAMES
 from scene_graph_ros.node.effects.demand import count_compliant, count_deformable
 from scene_graph_ros.node.runtime.names import NODE_NAME
@@ -63,8 +70,10 @@ class Report:
 class Checker:
     """Checks files one after the other; an SRDF is checked with the last URDF before it."""
 
-    def __init__(self, packages: Packages) -> None:
+    def __init__(self, packages: Packages, picture: Path | None = None) -> None:
+        """Check with packages; ``picture`` is where mesh files are drawn, if anywhere."""
         self._packages = packages
+        self._picture = picture
         self._robot: RobotModel | None = None
 
     def check(self, file: str) -> Report:
@@ -85,6 +94,8 @@ class Checker:
                 self._check_scene(report)
             elif report.kind == "URDF":
                 self._check_urdf(report)
+            elif report.kind == "mesh":
+                self._check_mesh(report, path)
             else:
                 self._check_srdf(report)
         except SceneFileError as error:
@@ -112,6 +123,7 @@ class Checker:
         report.warnings.extend(loaded.warnings)
         report.errors.extend(loaded.doubts)
         report.notes.extend(loaded.notes)
+        report.warnings.extend(_mesh_notes(report, scene_graph))
         self._check_topics(report, scene, loaded, scene_graph)
         try:
             check_half_spaces(scene_graph.model_inspector())
@@ -141,11 +153,20 @@ class Checker:
         report.warnings.extend(robot.warnings)
         report.errors.extend(robot.doubts)
         report.notes.extend(robot.notes)
+        report.warnings.extend(_mesh_notes(report, scene_graph))
         movable = len(list(robot.positioned_joints()))
         report.summary = (
             f"robot {robot.name!r}, {_count(len(robot.links), 'link')},"
             f" {_count(movable, 'movable joint')}, {_contents(scene_graph)}"
         )
+
+    def _check_mesh(self, report: Report, path: Path) -> None:
+        found = mesh_file_report(path)
+        if found.reason:
+            report.warnings.append(f"{report.file}: {found.reason}")
+        report.summary = mesh_summary(path, found)
+        if self._picture is not None:
+            draw_open_edges(path, self._picture)
 
     def _check_srdf(self, report: Report) -> None:
         if self._robot is None:
@@ -207,8 +228,19 @@ def _place_of_topic(scene: Scene, topic: SourceTopic) -> tuple[str | int, ...]:
     return ("robots", names.index(topic.source), *where)
 
 
+def _mesh_notes(report: Report, scene_graph: SceneGraph) -> list[str]:
+    """Return a sentence for each mesh that is no solid."""
+    notes = mesh_notes(scene_graph.model_inspector(), search=True)
+    return [f"{report.file}: {note}" for note in notes]
+
+
 def _kind(path: Path, label: str) -> tuple[str, YamlDocument | None]:
-    """Tell what a file is, by its content: "scene", "parameters", "URDF" or "SRDF"."""
+    """Tell what a file is.
+
+    It is a "mesh" by its name, and by its content "scene", "parameters", "URDF" or "SRDF".
+    """
+    if is_mesh_file(path):
+        return "mesh", None
     data = read_limited(path, MAX_TEXT_BYTES)
     if path.suffix in (".yaml", ".yml"):
         document = parse_yaml(data, label)
@@ -274,7 +306,7 @@ def _semantics(semantics: SemanticModel, robot: RobotModel) -> str:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m scene_graph_ros.check",
-        description="Check scene, URDF, SRDF and parameter files without a running node.",
+        description="Check scene, URDF, SRDF, parameter and mesh files without a running node.",
         epilog="An SRDF is checked with the last URDF before it. Exit status: 0 if all files are"
         " usable, 1 if one is not, 2 for a wrong call.",
     )
@@ -292,6 +324,9 @@ def _parser() -> argparse.ArgumentParser:
         default=[],
         metavar="FOLDER",
         help="search packages here before the ament index; can be repeated",
+    )
+    parser.add_argument(
+        "--draw", type=Path, metavar="PICTURE", help="draw the last mesh file and its open edges"
     )
     parser.add_argument("--strict", action="store_true", help="take warnings for errors")
     parser.add_argument("--quiet", action="store_true", help="print errors only")
@@ -316,7 +351,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if not (name and separator and folder):
             parser.error(f"argument --package: expected NAME=FOLDER, got {entry!r}")
         package_map[name] = folder
-    checker = Checker(Packages(package_map, tuple(options.package_path)))
+    checker = Checker(Packages(package_map, tuple(options.package_path)), options.draw)
     failed = 0
     for file in options.files:
         report = checker.check(file)

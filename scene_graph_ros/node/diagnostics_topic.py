@@ -13,6 +13,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.serialization import serialize_message
 
 from msg_adapters.definitions import kind_of
+from scene_graph_ros.geometry.model.mesh_notes import mesh_notes
 from scene_graph_ros.node.diagnostics import Diagnostics, Monitor, troubles_of
 from scene_graph_ros.node.diagnostics_of_parts import parts_of
 from scene_graph_ros.node.effects.manager import Effects
@@ -50,6 +51,7 @@ class DiagnosticsTopic:
         self._node = node
         self._parameter = parameter
         self.troubles: tuple[Trouble, ...] = ()
+        self._meshes = (-1, "")
         self._lock = threading.Lock()
         self._is_open = False
         self._timer = node.create_timer(
@@ -111,6 +113,15 @@ class DiagnosticsTopic:
             if is_seen:
                 self.troubles = troubles_of(message)
 
+    def _notes_on_meshes(self, snapshot: Any) -> str:
+        """Return how many meshes are no solids and why one is not; found once per scene."""
+        version, text = self._meshes
+        if version != snapshot.scene_version:
+            notes = mesh_notes(snapshot.inspector, search=False)
+            text = "0" if not notes else f"{len(notes)}: {notes[0]}"
+            self._meshes = snapshot.scene_version, text
+        return text
+
     def _message(self) -> DiagnosticArray:
         watched, diagnostics = self._watched, self._diagnostics
         now = time.monotonic_ns()
@@ -148,6 +159,7 @@ class DiagnosticsTopic:
                 "requests refused": watched.services.counts.refused,
                 "clock messages refused": self._node.clocks_refused,
                 "nodes of the same name": watched.namesakes.count,
+                "meshes that are no solids": self._notes_on_meshes(snapshot),
             },
         )
         return diagnostics.message(

@@ -43,6 +43,7 @@ GROUPS: dict[str, KernelGroup] = {
             (
                 f"{_HERE}.main_job:find_pairs",
                 f"{_HERE}.main_job:measure_points",
+                f"{_HERE}.main_job:read_meshes",
                 f"{_HERE}.main_job:find_candidates",
                 f"{_HERE}.main_job:make_models",
                 f"{_HERE}.robots:place_links",

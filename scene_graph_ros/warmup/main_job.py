@@ -31,6 +31,8 @@ from scene_graph_ros.geometry.broadphase.pair_memory import PairMemory
 from scene_graph_ros.geometry.compiled.held_tuples import compiled_type
 from scene_graph_ros.geometry.hydroelastic.bodies import body_of
 from scene_graph_ros.geometry.meshes.embedding import embed_points
+from scene_graph_ros.geometry.meshes.polygons import triangles_of_polygons
+from scene_graph_ros.geometry.meshes.sources import report_of
 from scene_graph_ros.geometry.meshes.tessellate import tessellate_volume
 from scene_graph_ros.geometry.model.hydroelastic_properties import read_hydroelastic_properties
 from scene_graph_ros.geometry.narrowphase.apart import contact_apart
@@ -58,7 +60,8 @@ from scene_graph_ros.geometry.spatial.record_kernels import (
     place_records,
 )
 from scene_graph_ros.geometry.tables.held_table import hold
-from scene_graph_ros.geometry.tables.shape_table import build_shape_table, ShapeTable
+from scene_graph_ros.geometry.tables.shape_table import build_shape_table
+from scene_graph_ros.geometry.tables.table_arrays import ShapeTable
 from scene_graph_ros.warmup.bodies import FACES, many_corners, TETRAHEDRON
 
 __all__ = [
@@ -70,6 +73,7 @@ __all__ = [
     "make_bodies",
     "make_models",
     "measure_points",
+    "read_meshes",
     "read_poses",
 ]
 
@@ -119,6 +123,16 @@ def measure_points() -> None:
     )
     rows, normals, smooth = np.array([0]), np.array([[0.0, 0.0, 1.0]]), np.zeros(1, np.bool_)
     local_surfaces(table, X_WG, rows, vectors, normals, smooth, vectors, np.zeros((1, 4)))
+
+
+def read_meshes() -> None:
+    """Unite parts that overlap, cut a sheet at them, look for crossings, cut a polygon."""
+    triangle = np.array([[0.02, 0.01, -0.1], [0.02, 0.03, 0.2], [0.03, 0.02, 0.2]])
+    vertices = np.concatenate([TETRAHEDRON, TETRAHEDRON + 0.01, triangle])
+    faces = np.concatenate([FACES, FACES + 4, [[8, 9, 10]]])
+    report_of(Mesh(vertices=vertices, faces=faces))
+    square = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.2, 0.2, 0.0], [0.0, 1.0, 0.0]])
+    triangles_of_polygons(square, np.arange(4), np.array([4]))
 
 
 def find_candidates() -> None:

@@ -96,7 +96,7 @@ def test_mistakes_go_to_stderr_and_the_status(capsys, tmp_path):
         ("r.urdf", URDF.format(""), ":1: expected one root link, got 'a', 'b'"),
         ("r.srdf", "<robot/>", ": name the robot's URDF before its SRDF"),
         ("r.urdf", "<robot>", ":1: not well-formed XML: no element found"),
-        ("r.obj", "v 0 0 0", ": is neither YAML (named .yaml or .yml) nor a URDF or SRDF"),
+        ("r.txt", "v 0 0 0", ": is neither YAML (named .yaml or .yml) nor a URDF or SRDF"),
         ("r.yaml", "a: [", ":1: not YAML: "),
         (
             "r.yaml",
@@ -354,3 +354,22 @@ def test_a_picture_that_is_missing_or_huge(tmp_path, capsys, name, reason, own_r
     assert status == 1
     assert re.match(rf"error: {scene}:\d+: geometries\[0\].*{tmp_path}/{name}.*{own_reason}", line)
     assert said.startswith(f"{scene}: scene not usable: 1 error")
+
+
+def test_a_mesh_file_is_reported_and_drawn(capsys, tmp_path):
+    """Its parts and repairs in the summary, an open edge as a warning, and in a picture."""
+    box = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
+    box += "f 4 3 2 1\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n"
+    closed = write(tmp_path, "closed.obj", box + "f 5 6 7 8\n")
+    status, out, err = check(capsys, str(closed))
+    assert (status, err) == (0, [])
+    assert out == [f"{closed}: mesh ok: 12 triangles, 1 x 1 x 1 m; 1 closed part"]
+    opened, picture = write(tmp_path, "open.obj", box), tmp_path / "open.png"
+    status, out, err = check(capsys, str(opened), "--draw", str(picture))
+    assert status == 0
+    assert "10 triangles, 1 x 1 x 1 m; 0 closed parts, 1 sheet" in out[0]
+    assert err == [
+        f"warning: {opened}: 4 edges are open, one at (0.5, 0, 1), so a sheet has two sides and no"
+        " inside"
+    ]
+    assert picture.read_bytes().startswith(b"\x89PNG")

@@ -17,7 +17,7 @@ from scene_graph_ros.geometry.broadphase.box_vectors import (
 from scene_graph_ros.geometry.broadphase.extents import centres_of, extents_of
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.compiled.places import LAST_PLACE
-from scene_graph_ros.geometry.tables.shape_table import ShapeTable
+from scene_graph_ros.geometry.tables.table_arrays import ShapeTable
 
 __all__ = ["BoxGeometry", "bound_row", "box_geometry", "place_rows", "world_boxes"]
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.broadphase.aabb import box_geometry
 from scene_graph_ros.geometry.broadphase.tracking import Bodies, Tracker
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
-from scene_graph_ros.geometry.tables.shape_table import ShapeTable
+from scene_graph_ros.geometry.tables.table_arrays import ShapeTable
 
 __all__ = ["PairMemory"]
 

@@ -1,7 +1,7 @@
 """Read triangle meshes from files, from file contents in memory and from arrays.
 
-OBJ is read by ``obj_file``; STL, DAE, PLY, OFF, GLB and glTF by trimesh, which is imported when
-such a file is met. A file with several bodies gives one mesh of them all, each
+OBJ, OFF, PLY and STL are read by files of their names; DAE, GLB and glTF by trimesh, which is
+imported when such a file is met. A file with several bodies gives one mesh of them all, each
 with its transform applied. The unit that a COLLADA file states is applied; its up axis is not,
 as in RViz.
 """
@@ -18,6 +18,7 @@ from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.files import FileMark, MAX_MESH_BYTES, read_marked
 from scene_graph_ros.geometry.meshes.color_warnings import warn_of_color
 from scene_graph_ros.geometry.meshes.dae_pictures import AddressResolver
+from scene_graph_ros.geometry.meshes.dae_polygons import with_triangles
 from scene_graph_ros.geometry.meshes.file_pictures import FilePicture, FilePictures
 from scene_graph_ros.geometry.meshes.gltf_file import (
     buffers_beside,
@@ -25,12 +26,17 @@ from scene_graph_ros.geometry.meshes.gltf_file import (
     with_buffers,
 )
 from scene_graph_ros.geometry.meshes.gltf_materials import gltf_pictures, without_images
+from scene_graph_ros.geometry.meshes.gltf_plain import plain_gltf
 from scene_graph_ros.geometry.meshes.obj_file import parse_obj
+from scene_graph_ros.geometry.meshes.off_file import parse_off
+from scene_graph_ros.geometry.meshes.ply_file import parse_ply
 from scene_graph_ros.geometry.meshes.promises import check_promises, MAX_CORNERS
 from scene_graph_ros.geometry.meshes.scene_colors import scene_colors, scene_pictures
+from scene_graph_ros.geometry.meshes.stl_file import parse_stl
 from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = [
+    "MESH_FILE_TYPES",
     "VOLUME_FILE_TYPES",
     "ColoredMesh",
     "FilesRead",
@@ -42,11 +48,19 @@ __all__ = [
     "read_mesh_contents",
 ]
 
-_BY_TRIMESH = frozenset({"dae", "glb", "gltf", "off", "ply", "stl"})
+_OWN = {"obj": parse_obj, "off": parse_off, "stl": parse_stl}
+"""What is read here, and has no colours in the file itself."""
+
+_LFS_POINTER = b"version https://git-lfs.github.com/spec/"
+
+_BY_TRIMESH = frozenset({"dae", "glb", "gltf"})
 """What is left to trimesh. It knows others, among them archives and files that name files."""
 
 VOLUME_FILE_TYPES = ("vtk", "vtu")
 """Suffixes, without the dot, of files that may hold tetrahedra: ``volume_io`` reads them."""
+
+MESH_FILE_TYPES = tuple(sorted((*_BY_TRIMESH, *VOLUME_FILE_TYPES, *_OWN, "ply")))
+"""Suffixes of all files that can be read, without the dot."""
 
 Triangulation = tuple[np.ndarray, np.ndarray]
 FilesRead = tuple[tuple[Path, FileMark], ...]
@@ -139,8 +153,14 @@ def read_colored_mesh(contents: bytes, file_type: str, *, name: str) -> ColoredM
     file_type = file_type.lower().lstrip(".")
     if not contents.strip():
         raise MeshError(f"{name}: the file is empty")
-    if file_type == "obj":
-        return ColoredMesh(*checked_mesh(*parse_obj(contents, name), name))
+    if contents.startswith(_LFS_POINTER):
+        raise MeshError(f"{name}: a Git LFS pointer, not the file itself: run git lfs pull")
+    if file_type == "ply":
+        check_promises(contents, file_type, name)
+        vertices, triangles, colors = parse_ply(contents, name)
+        return ColoredMesh(*checked_mesh(vertices, triangles, name), colors)
+    if file_type in _OWN:
+        return ColoredMesh(*checked_mesh(*_OWN[file_type](contents, name), name))
     mesh = _read_by_trimesh(contents, file_type, name)
     vertices, triangles = checked_mesh(mesh.vertices, mesh.triangles, name)
     return mesh._replace(vertices=vertices, triangles=triangles)
@@ -182,7 +202,7 @@ def _copied(array: Any, dtype: Any, label: str) -> np.ndarray:
 
 def _read_by_trimesh(contents: bytes, file_type: str, name: str) -> ColoredMesh:
     if file_type not in _BY_TRIMESH:
-        known = ", ".join(sorted((*_BY_TRIMESH, *VOLUME_FILE_TYPES, "obj")))
+        known = ", ".join(MESH_FILE_TYPES)
         raise MeshError(f"{name}: no reader for {quoted(file_type)}; known are {known}")
     check_promises(contents, file_type, name)
     import trimesh
@@ -196,7 +216,10 @@ def _read_by_trimesh(contents: bytes, file_type: str, name: str) -> ColoredMesh:
                     f"{name}: its buffer {quoted(uri)} is not in it; a .glb file has all in one"
                 )
             by_name = _gltf_pictures(contents, file_type, name)
+            contents, file_type = plain_gltf(contents, file_type, name), "glb"
             contents = without_images(contents, file_type)
+        elif file_type == "dae":
+            contents = with_triangles(contents, name)
         # What is not finite is refused where all meshes are checked.
         with np.errstate(all="ignore"):
             scene = trimesh.load(

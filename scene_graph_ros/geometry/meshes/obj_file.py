@@ -10,20 +10,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.errors import MeshError
+from scene_graph_ros.geometry.meshes.polygons import triangles_of_polygons
 from scene_graph_ros.geometry.meshes.promises import MAX_CORNERS
 from scene_graph_ros.geometry.quoting import quoted
 
-__all__ = ["obj_lines", "parse_obj"]
+__all__ = ["obj_faces", "obj_lines", "parse_obj"]
 
 Arrays = tuple[NDArray[np.float64], NDArray[np.int64]]
 
 
 def parse_obj(contents: bytes, name: str) -> Arrays:
-    """Return vertices (n, 3) and triangles (m, 3); polygons become fans, the rest is skipped.
+    """Return vertices (n, 3) and triangles (m, 3); see ``obj_faces``."""
+    vertices, corners, cut = obj_faces(contents, name)
+    return vertices, corners[cut]
 
-    Raises MeshError with the line for what is no number, or more than MAX_CORNERS of either.
+
+def obj_faces(contents: bytes, name: str) -> tuple[*Arrays, NDArray[np.int64]]:
+    """Return vertices (n, 3), the corners (c,) of all faces, and triangles of these (m, 3).
+
+    The triangles are places among the corners, face after face; the rest of the file is skipped.
+
+    Raises MeshError with the line for what is no number or no index of a vertex, or more than
+    MAX_CORNERS of either.
     """
-    coordinates, corners = array("d"), array("q")
+    coordinates, corners, sizes = array("d"), array("q"), array("q")
     for number, line in enumerate(obj_lines(contents), start=1):
         words = line.split(b"#", 1)[0].split()
         if not words or words[0] not in (b"v", b"f"):
@@ -32,15 +42,25 @@ def parse_obj(contents: bytes, name: str) -> Arrays:
             if words[0] == b"v":
                 _add_vertex(words, coordinates)
             else:
-                _add_face(words, len(coordinates) // 3, corners)
-            if max(len(coordinates), len(corners)) > 3 * MAX_CORNERS:
+                sizes.append(_add_face(words, len(coordinates) // 3, corners))
+            if max(len(coordinates) // 3, len(corners) - 2 * len(sizes)) > MAX_CORNERS:
                 raise ValueError(f"more than {MAX_CORNERS} vertices or triangles")
         except ValueError as error:
             text = quoted(line.strip().decode(errors="replace"))
             raise MeshError(f"{name}: line {number}: {error}: {text}") from error
     vertices = np.frombuffer(coordinates, dtype=np.float64)
-    triangles = np.frombuffer(corners, dtype=np.int64)
-    return vertices.reshape(-1, 3), triangles.reshape(-1, 3)
+    vertices = vertices.reshape(-1, 3)
+    places = np.frombuffer(corners, dtype=np.int64)
+    _check_indices(places, len(vertices), name)
+    cut = triangles_of_polygons(vertices, places, np.frombuffer(sizes, np.int64))
+    return vertices, places, cut
+
+
+def _check_indices(corners: NDArray[np.int64], count: int, name: str) -> None:
+    wrong = np.flatnonzero((corners < 0) | (corners >= count))
+    if len(wrong):
+        index = int(corners[wrong[0]])
+        raise MeshError(f"{name}: a face refers to vertex {index + 1}, there are {count}")
 
 
 def obj_lines(contents: bytes) -> Iterator[bytes]:
@@ -58,17 +78,17 @@ def _add_vertex(words: list[bytes], coordinates: array[float]) -> None:
     coordinates.extend([float(word) for word in words[1:4]])
 
 
-def _add_face(words: list[bytes], count: int, corners: array[int]) -> None:
+def _add_face(words: list[bytes], count: int, corners: array[int]) -> int:
+    """Append a face's corners; return how many."""
     if len(words) < 4:
         raise ValueError("a face needs three corners")
-    first, *others = [_index(word, count) for word in words[1:]]
-    for i in range(len(others) - 1):
-        corners.extend((first, others[i], others[i + 1]))
+    corners.extend([_index(word, count) for word in words[1:]])
+    return len(words) - 1
 
 
 def _index(word: bytes, count: int) -> int:
     """Turn a corner such as ``7/1/2`` or ``-1`` into an index from 0."""
     index = int(word.split(b"/", 1)[0])
-    if abs(index) > 3 * MAX_CORNERS:
+    if index == 0 or abs(index) > 3 * MAX_CORNERS:
         raise ValueError(f"there is no vertex {index}")
     return index - 1 if index > 0 else count + index

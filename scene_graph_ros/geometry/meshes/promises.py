@@ -14,7 +14,7 @@ from xml.parsers import expat
 
 from scene_graph_ros.geometry.errors import MeshError
 
-__all__ = ["MAX_CORNERS", "check_promises"]
+__all__ = ["MAX_CORNERS", "MAX_PLACES", "check_promises"]
 
 MAX_CORNERS = 20_000_000
 """Vertices, and triangles, of all bodies of a file. Twenty million take half a gigabyte each."""
@@ -43,17 +43,6 @@ def check_promises(contents: bytes, file_type: str, name: str) -> None:
     check = _CHECKS.get(file_type)
     if check is not None:
         check(contents, name)
-
-
-def _check_stl(contents: bytes, name: str) -> None:
-    """Binary STL states its number of triangles."""
-    if contents.lstrip()[:5].lower() == b"solid" and b"facet" in contents[:1024]:
-        return
-    count = int.from_bytes(contents[80:84], "little")
-    if len(contents) < 84 + 50 * count:
-        raise MeshError(
-            f"{name}: unreadable stl: it ends before its last triangle, of {count} that it states"
-        )
 
 
 def _check_ply(contents: bytes, name: str) -> None:
@@ -220,6 +209,5 @@ _CHECKS: dict[str, Callable[[bytes, str], None]] = {
     "glb": _check_glb,
     "gltf": _check_gltf,
     "ply": _check_ply,
-    "stl": _check_stl,
     "vtk": _check_vtk,
 }

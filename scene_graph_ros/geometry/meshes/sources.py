@@ -7,6 +7,8 @@ one file share one hull; the least recently used are forgotten.
 from __future__ import annotations
 
 from collections.abc import Hashable
+from dataclasses import replace
+import hashlib
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,11 +22,19 @@ from scene_graph_ros.geometry.meshes.io import (
     checked_mesh,
     ColoredMesh,
     FilesRead,
+    MESH_FILE_TYPES,
     read_colored_mesh,
     read_file_marked,
     VOLUME_FILE_TYPES,
 )
-from scene_graph_ros.geometry.meshes.surfaces import build_surface, is_convex_surface, Surface
+from scene_graph_ros.geometry.meshes.solids.crossings import first_crossing
+from scene_graph_ros.geometry.meshes.solids.mesh_report import MeshReport
+from scene_graph_ros.geometry.meshes.surfaces import (
+    build_surface,
+    is_convex_surface,
+    Surface,
+    with_area,
+)
 from scene_graph_ros.geometry.meshes.vertex_cells import cells_of
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
@@ -34,12 +44,15 @@ if TYPE_CHECKING:
     from scene_graph_ros.geometry.meshes.volume_mesh import VolumeMesh
 
 __all__ = [
+    "MESH_FILE_TYPES",
     "file_colors",
     "file_pictures",
     "files_read",
     "hull_of",
     "is_convex",
     "load_surface",
+    "open_edges_of",
+    "report_of",
     "source_identity",
     "surface_of",
     "validate",
@@ -52,13 +65,15 @@ _CAPACITY = 4096
 _raw: BuildCache[ColoredMesh] = BuildCache(_CAPACITY)
 _hulls: BuildCache[Hull] = BuildCache(_CAPACITY)
 _surfaces: BuildCache[Surface] = BuildCache(_CAPACITY)
+_built: BuildCache[Surface] = BuildCache(_CAPACITY)
+_reports: BuildCache[MeshReport] = BuildCache(_CAPACITY)
 _convex: BuildCache[bool] = BuildCache(_CAPACITY)
 _raw_volumes: BuildCache[tuple[VolumeMesh, FilesRead]] = BuildCache(_CAPACITY)
 
 
 def source_identity(shape: MeshShape) -> Hashable:
-    """Return what tells the shape's hull and surface from others': class, source and scale."""
-    return (shape.kind, shape.source_key, shape.scale)
+    """Return what tells the shape's hull and surface from others'."""
+    return (shape.kind, shape.source_key, shape.scale, shape.repair_tolerance)
 
 
 def load_surface(shape: MeshShape) -> tuple[np.ndarray, np.ndarray]:
@@ -117,7 +132,10 @@ def hull_of(shape: MeshShape) -> Hull:
     def build() -> Hull:
         vertices, triangles = load_surface(shape)
         if shape.kind == ShapeKind.MESH and len(triangles):
-            vertices = vertices[used_indices(triangles, len(vertices))[0]]
+            # Triangles without area are no surface, unless there is nothing else.
+            solid = triangles[with_area(vertices, triangles)]
+            used = solid if len(solid) else triangles
+            vertices = vertices[used_indices(used, len(vertices))[0]]
         hull = convex_hull(vertices)
         return hull._replace(cells=cells_of(hull.vertices))
 
@@ -133,9 +151,40 @@ def surface_of(shape: MeshShape) -> Surface:
     """
 
     def build() -> Surface:
-        return build_surface(*load_surface(shape), name=_name(shape))
+        vertices, triangles = load_surface(shape)
+        tolerance = shape.repair_tolerance
+        digest = hashlib.blake2b(vertices.tobytes() + triangles.tobytes(), digest_size=16).digest()
+        # By contents as well: uniting parts may take seconds, and files are copied.
+        return _built.get(
+            (digest, len(vertices), tolerance),
+            lambda: build_surface(
+                vertices, triangles, name=_name(shape), repair_tolerance=tolerance
+            ),
+        )
 
     return _surfaces.get(source_identity(shape), build)
+
+
+def report_of(shape: MeshShape) -> MeshReport:
+    """Return what was made of the triangles of a ``Mesh``. Raises MeshError as ``surface_of``.
+
+    A solid whose boundary crosses itself is looked for here, which reading does not.
+    """
+
+    def build() -> MeshReport:
+        surface = surface_of(shape)
+        crossing = first_crossing(surface.vertices, surface.triangles[surface.is_solid])
+        if crossing is None or surface.report.reason:
+            return surface.report
+        place = ", ".join(f"{x:.6g}" for x in crossing)
+        return replace(surface.report, reason=f"the surface crosses itself at ({place})")
+
+    return _reports.get(source_identity(shape), build)
+
+
+def open_edges_of(shape: MeshShape) -> np.ndarray:
+    """Return (k, 2, 3) metres: the ends of edges that stay open. Raises as ``surface_of``."""
+    return surface_of(shape).open_edges
 
 
 def is_convex(shape: MeshShape) -> bool:

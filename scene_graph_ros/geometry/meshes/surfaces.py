@@ -1,14 +1,8 @@
-"""Make a triangle mesh fit for exact queries: welded, cleaned, oriented, with pseudonormals.
+"""Make a triangle mesh fit for exact queries: what it means as a solid, with pseudonormals.
 
-Rules, in this order:
-
-1. vertices with equal coordinates are one vertex;
-2. triangles that use a vertex twice are dropped, and of triangles on the same three vertices
-   only the first is kept;
-3. the mesh is *closed* when every edge is shared by exactly two triangles that run through it in
-   opposite ways; a closed mesh with negative volume is turned inside out;
-4. triangles without area (height below DEGENERATE_TRIANGLE of the longest side) count for rule 3
-   but are dropped from the surface, whose other triangles cover them.
+``solids.solid_of`` says which triangles are surface. Of these, triangles without area (height
+below DEGENERATE_TRIANGLE of the longest side) close the surface by their edges, but are dropped
+from it: others cover them.
 """
 
 from typing import NamedTuple
@@ -17,11 +11,24 @@ import numpy as np
 
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.bvh import build_bvh
-from scene_graph_ros.geometry.meshes.distinct_rows import distinct_rows, used_indices
 from scene_graph_ros.geometry.meshes.hull import Hull
+from scene_graph_ros.geometry.meshes.solids.half_edges import Edges, edges_of, mates_of
+from scene_graph_ros.geometry.meshes.solids.mesh_report import MeshReport
+from scene_graph_ros.geometry.meshes.solids.solid import solid_of
+from scene_graph_ros.geometry.shapes.mesh_shape import REPAIR_TOLERANCE
 from scene_graph_ros.geometry.tolerances import CONVEX_VOLUME, DEGENERATE_TRIANGLE
 
-__all__ = ["Surface", "build_surface", "is_closed_surface", "is_convex_surface"]
+__all__ = [
+    "Surface",
+    "build_surface",
+    "is_closed_surface",
+    "is_convex_surface",
+    "with_area",
+]
+
+NEARLY_FLAT = 1e-12
+"""Relative to a mesh's size: as little may a corner be above its neighbour's plane in a convex
+mesh. It is the promised accuracy of a distance."""
 
 
 class Surface(NamedTuple):
@@ -32,60 +39,110 @@ class Surface(NamedTuple):
     normals: np.ndarray
     vertex_pseudonormals: np.ndarray
     edge_pseudonormals: np.ndarray
-    is_closed: bool
+    part: np.ndarray
+    solid_parts: int
     node_lower: np.ndarray
     node_upper: np.ndarray
     node_left: np.ndarray
     node_right: np.ndarray
     order: np.ndarray
+    report: MeshReport
+    open_edges: np.ndarray
+    """(k, 2, 3) metres: the ends of edges that stayed open."""
+
+    @property
+    def is_solid(self) -> np.ndarray:
+        """(m,): whether a triangle bounds the solid; others are sheets."""
+        return self.part < self.solid_parts
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether the surface bounds a solid, and has no sheet beside it."""
+        return bool(self.solid_parts and self.part[-1] < self.solid_parts)
 
 
-def build_surface(vertices: np.ndarray, triangles: np.ndarray, *, name: str) -> Surface:
+def build_surface(
+    vertices: np.ndarray,
+    triangles: np.ndarray,
+    *,
+    name: str,
+    repair_tolerance: float = REPAIR_TOLERANCE,
+) -> Surface:
     """Build the surface of a mesh; see the rules of this module.
 
     Args:
         vertices: (n, 3) finite.
         triangles: (m, 3) indices.
         name: what messages call the mesh.
+        repair_tolerance: relative to the mesh's size.
 
     Raises:
         MeshError: no triangle with an area is left.
 
     """
-    vertices, triangles = _weld(vertices, triangles)
-    edge_twin, is_closed = _twins(triangles)
-    if is_closed and _signed_volume(vertices, triangles) < 0.0:
-        triangles = np.ascontiguousarray(triangles[:, ::-1])
-        edge_twin, _ = _twins(triangles)
+    solid = solid_of(vertices, triangles, repair_tolerance)
+    vertices, triangles = solid.vertices, solid.triangles
     crosses = _crosses(vertices, triangles)
     doubled_area = np.linalg.norm(crosses, axis=1)
     longest = _side_lengths(vertices, triangles).max(axis=1, initial=0.0)
-    solid = doubled_area > DEGENERATE_TRIANGLE * longest**2
-    if not solid.any():
+    has_area = doubled_area > DEGENERATE_TRIANGLE * longest**2
+    if not has_area.any():
         raise MeshError(f"{name}: there is no triangle with an area")
-    normals = crosses / np.where(solid, doubled_area, 1.0)[:, None]
-    _borrow_normals(vertices, triangles, normals, solid, edge_twin)
-    at_vertices = _vertex_pseudonormals(vertices, triangles, normals, solid)
-    at_edges = _edge_pseudonormals(normals, edge_twin)
-    triangles = np.ascontiguousarray(triangles[solid])
+    normals = crosses / np.where(has_area, doubled_area, 1.0)[:, None]
+    edges = edges_of(triangles)
+    _borrow_normals(vertices, triangles, normals, has_area, mates_of(edges))
+    at_vertices = _vertex_pseudonormals(vertices, triangles, normals, has_area)
+    at_edges = _edge_pseudonormals(normals, edges)
+    triangles = np.ascontiguousarray(triangles[has_area])
+    part, solid_parts = _parts_left(solid.part, has_area, solid.solid_parts)
     corners = vertices[triangles]
-    tree = build_bvh(corners.min(axis=1), corners.max(axis=1))
+    lower, upper, left, right, order = build_bvh(corners.min(axis=1), corners.max(axis=1))
     return Surface(
-        vertices, triangles, normals[solid], at_vertices, at_edges[solid], is_closed, *tree
+        vertices=vertices,
+        triangles=triangles,
+        normals=normals[has_area],
+        vertex_pseudonormals=at_vertices,
+        edge_pseudonormals=at_edges[has_area],
+        part=part,
+        solid_parts=solid_parts,
+        node_lower=lower,
+        node_upper=upper,
+        node_left=left,
+        node_right=right,
+        order=order,
+        report=solid.report,
+        open_edges=solid.open_edges,
     )
 
 
+def _parts_left(
+    part: np.ndarray, has_area: np.ndarray, solid_parts: int
+) -> tuple[np.ndarray, int]:
+    """Return the numbers of parts that have triangles with an area, and how many are solid."""
+    rows = np.unique(part[has_area])
+    numbers = np.searchsorted(rows, part[has_area])
+    return numbers.astype(np.int64), int(np.searchsorted(rows, solid_parts))
+
+
 def is_closed_surface(triangles: np.ndarray) -> bool:
-    """Tell whether (m, 3) triangles are closed as rule 3 says, with their indices as they are."""
-    return _twins(triangles)[1]
+    """Tell whether at each edge of (m, 3) triangles two meet that run through it in opposite ways.
+
+    Their indices are taken as they are.
+    """
+    edges = edges_of(triangles)
+    mate = mates_of(edges)
+    return bool(len(mate) and (mate >= 0).all() and (edges.start != edges.start[mate]).all())
 
 
 def is_convex_surface(surface: Surface, hull: Hull) -> bool:
     """Tell whether a closed surface is the boundary of its own convex hull.
 
-    It is when both enclose the same volume, to CONVEX_VOLUME.
+    It is when no edge is hollow, to NEARLY_FLAT, and both enclose the same volume, to
+    CONVEX_VOLUME: a surface without hollow edges could wind around a point twice.
     """
-    if not surface.is_closed or not hull.faces:
+    if not surface.is_closed or surface.solid_parts > 1 or not hull.faces:
+        return False
+    if _has_hollow_edge(surface):
         return False
     fans = [np.column_stack([np.full(len(f) - 2, f[0]), f[1:-1], f[2:]]) for f in hull.faces]
     of_hull = _signed_volume(hull.vertices, np.concatenate(fans))
@@ -93,16 +150,23 @@ def is_convex_surface(surface: Surface, hull: Hull) -> bool:
     return abs(of_hull - of_surface) <= CONVEX_VOLUME * of_hull
 
 
-def _weld(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Apply rules 1 and 2; vertices that no triangle uses go as well."""
-    vertices = vertices + 0.0  # -0.0 and 0.0 are one coordinate
-    vertices, _, inverse = distinct_rows(vertices)
-    triangles = inverse[triangles]
-    a, b, c = triangles.T
-    triangles = triangles[(a != b) & (b != c) & (c != a)]
-    triangles = triangles[np.sort(distinct_rows(np.sort(triangles, axis=1)).first)]
-    used, triangles = used_indices(triangles, len(vertices))
-    return vertices[used], triangles
+def _has_hollow_edge(surface: Surface) -> bool:
+    """Tell whether a triangle's corner is above the plane of its neighbour across an edge."""
+    mate = mates_of(edges_of(surface.triangles))
+    half = np.flatnonzero(mate >= 0)
+    corner = surface.triangles[mate[half] // 3, (mate[half] % 3 + 2) % 3]
+    plane = surface.triangles[half // 3, 0]
+    arms = surface.vertices[corner] - surface.vertices[plane]
+    heights = np.einsum("ij,ij->i", arms, surface.normals[half // 3])
+    size = float(np.ptp(surface.vertices, axis=0).max())
+    return bool((heights > NEARLY_FLAT * size).any())
+
+
+def with_area(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Tell which of (m, 3) triangles have an area; see DEGENERATE_TRIANGLE."""
+    doubled_area = np.linalg.norm(_crosses(vertices, triangles), axis=1)
+    longest = _side_lengths(vertices, triangles).max(axis=1, initial=0.0)
+    return np.asarray(doubled_area > DEGENERATE_TRIANGLE * longest**2)
 
 
 def _crosses(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
@@ -121,32 +185,6 @@ def _side_lengths(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Return (m, 3): entry k is the length from corner k to corner k+1."""
     corners = vertices[triangles]
     return np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
-
-
-def _twins(triangles: np.ndarray) -> tuple[np.ndarray, bool]:
-    """Find the half edge across each half edge.
-
-    Half edge 3 t + k runs from corner k to corner k+1 of triangle t.
-
-    Returns:
-        (3 m,) the opposite half edge, or -1 at a border and where an edge is not shared by exactly
-        two triangles that agree in orientation; and whether all have one.
-
-    """
-    start = triangles.reshape(-1)
-    end = np.roll(triangles, -1, axis=1).reshape(-1)
-    low, high = np.minimum(start, end), np.maximum(start, end)
-    order = np.lexsort((start, high, low))
-    is_first = np.ones(len(order) + 1, dtype=bool)
-    is_first[1:-1] = (np.diff(low[order]) != 0) | (np.diff(high[order]) != 0)
-    groups = np.flatnonzero(is_first)
-    twin = np.full(len(order), -1, dtype=np.int64)
-    pairs = groups[:-1][np.diff(groups) == 2]
-    one, other = order[pairs], order[pairs + 1]
-    opposite = start[one] != start[other]
-    twin[one[opposite]] = other[opposite]
-    twin[other[opposite]] = one[opposite]
-    return twin, bool(len(twin) and (twin >= 0).all())
 
 
 def _borrow_normals(
@@ -193,11 +231,12 @@ def _vertex_pseudonormals(
     return _normalized(sums, fallback)
 
 
-def _edge_pseudonormals(normals: np.ndarray, edge_twin: np.ndarray) -> np.ndarray:
-    """Average the normals of the two triangles at each edge; (m, 3, 3)."""
+def _edge_pseudonormals(normals: np.ndarray, edges: Edges) -> np.ndarray:
+    """Average the normals of all triangles at each edge; (m, 3, 3)."""
     own = np.repeat(normals, 3, axis=0)
-    other = np.where((edge_twin >= 0)[:, None], normals[edge_twin // 3], own)
-    return _normalized(own + other, own).reshape(-1, 3, 3)
+    row = edges.rows()
+    sums = np.stack([np.bincount(row, own[:, axis]) for axis in range(3)], axis=1)
+    return _normalized(sums[row], own).reshape(-1, 3, 3)
 
 
 def _normalized(vectors: np.ndarray, fallback: np.ndarray) -> np.ndarray:

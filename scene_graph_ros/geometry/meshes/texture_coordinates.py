@@ -14,9 +14,11 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.cache import BuildCache
+from scene_graph_ros.geometry.meshes.dae_polygons import with_triangles
 from scene_graph_ros.geometry.meshes.gltf_materials import without_images
+from scene_graph_ros.geometry.meshes.gltf_plain import plain_gltf
 from scene_graph_ros.geometry.meshes.io import read_file
-from scene_graph_ros.geometry.meshes.obj_file import obj_lines
+from scene_graph_ros.geometry.meshes.obj_file import obj_faces, obj_lines
 from scene_graph_ros.geometry.meshes.promises import MAX_CORNERS
 from scene_graph_ros.geometry.meshes.sources import load_surface
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
@@ -82,7 +84,7 @@ def _read(shape: MeshShape, name: str) -> Coordinates:
 
 
 def _of_obj(contents: bytes, name: str) -> Coordinates:
-    """Return the coordinates in the order in which ``parse_obj`` has triangles, NaN for none."""
+    """Return coordinates of the triangles of ``parse_obj``, NaN for none."""
     points, corners = array("d"), array("q")
     for number, line in enumerate(obj_lines(contents), start=1):
         words = line.split(b"#", 1)[0].split()
@@ -92,13 +94,11 @@ def _of_obj(contents: bytes, name: str) -> Coordinates:
                     raise ValueError("a point of a texture needs a number")
                 points.extend((float(words[1]), float(words[2]) if len(words) > 2 else 0.0))
             elif words[:1] == [b"f"]:
-                first, *others = [_index(word, len(points) // 2) for word in words[1:]]
-                for k in range(len(others) - 1):
-                    corners.extend((first, others[k], others[k + 1]))
+                corners.extend([_index(word, len(points) // 2) for word in words[1:]])
         except ValueError as error:
             raise MeshError(f"{name}: line {number}: {error}") from error
     table = np.append(np.frombuffer(points, np.float64), (np.nan, np.nan)).reshape(-1, 2)
-    rows = np.frombuffer(corners, np.int64).reshape(-1, 3)
+    rows = np.frombuffer(corners, np.int64)[obj_faces(contents, name)[2]]
     rows = np.where((rows >= 0) & (rows < len(table) - 1), rows, len(table) - 1)
     return table[rows]
 
@@ -118,7 +118,10 @@ def _by_trimesh(contents: bytes, file_type: str) -> Coordinates:
     """Return the coordinates of all bodies, in the order in which ``io`` puts them together."""
     import trimesh
 
-    if file_type != "dae":
+    if file_type == "dae":
+        contents = with_triangles(contents, "COLLADA")
+    else:
+        contents, file_type = plain_gltf(contents, file_type, "glTF"), "glb"
         contents = without_images(contents, file_type)
     with np.errstate(all="ignore"):
         scene = trimesh.load(

@@ -10,9 +10,12 @@ from typing import Any
 import numpy as np
 
 from scene_graph_ros.geometry.errors import MeshError
+from scene_graph_ros.geometry.meshes.distinct_rows import distinct_rows
 from scene_graph_ros.geometry.meshes.io import read_file, VOLUME_FILE_TYPES
 from scene_graph_ros.geometry.meshes.limited_inflate import limited_inflate
 from scene_graph_ros.geometry.meshes.promises import check_promises
+from scene_graph_ros.geometry.meshes.solids.crossings import first_crossing
+from scene_graph_ros.geometry.meshes.solids.winding import winding_numbers
 from scene_graph_ros.geometry.meshes.volume_mesh import VolumeMesh
 from scene_graph_ros.geometry.quoting import quoted
 
@@ -60,16 +63,37 @@ def parse_volume_mesh(contents: bytes, file_type: str, *, name: str) -> VolumeMe
         raise MeshError(f"{name}: points must be (n, 3), not {points.shape}")
     if corners.min() < 0 or corners.max() >= len(points):
         raise MeshError(f"{name}: a tetrahedron refers to a vertex that is not there")
-    used, corners = np.unique(corners, return_inverse=True)
+    # Some writers give each tetrahedron points of its own.
+    distinct = distinct_rows(points + 0.0)
+    used, corners = np.unique(distinct.first[distinct.inverse][corners], return_inverse=True)
     points, corners = points[used], corners.reshape(-1, 4)
     # Coordinates near the largest number have no volume; what is none is refused.
     with np.errstate(all="ignore"):
         negative = VolumeMesh.trusted(points, corners).volumes() < 0.0
         corners[negative, :2] = corners[negative, 1::-1]
         try:
-            return VolumeMesh(points, corners)
+            mesh = VolumeMesh(points, corners)
         except MeshError as error:
             raise MeshError(f"{name}: {error}") from error
+    _refuse_overlaps(mesh, name)
+    return mesh
+
+
+def _refuse_overlaps(mesh: VolumeMesh, name: str) -> None:
+    """Refuse tetrahedra that overlap.
+
+    Where faces conform, as many tetrahedra are at a point as the boundary winds around it. It
+    winds around none twice if it does not cross itself, and around no tetrahedron's middle.
+    """
+    boundary = mesh.boundary_triangles()
+    point = first_crossing(mesh.vertices, boundary)
+    middles = mesh.vertices[mesh.tetrahedra].mean(axis=1)
+    if point is None:
+        many = np.flatnonzero(winding_numbers(middles, mesh.vertices, boundary) > 1)
+        point = middles[many[0]] if len(many) else None
+    if point is not None:
+        place = ", ".join(f"{x:.6g}" for x in point)
+        raise MeshError(f"{name}: tetrahedra overlap at ({place})")
 
 
 def _read(contents: bytes, file_type: str, name: str) -> Any:

@@ -49,7 +49,7 @@ def assign_role(
     if not has_role:
         check_name_is_free(state, record.frame_id, role, record.name)
     if role is Role.PROXIMITY:
-        check_proximity(record, properties)
+        record = check_proximity(record, properties)
     elif role is Role.PERCEPTION:
         read_perception_properties(properties, record.name)
     changed = {**record.properties, role: properties.read_only_copy()}
@@ -73,7 +73,7 @@ def change_shape(
     changed = record._replace(shape=checked_shape(shape, record.name))
     proximity = changed.properties.get(Role.PROXIMITY)
     if proximity is not None:
-        check_proximity(changed, proximity)
+        changed = check_proximity(changed, proximity)
     if X_FG is not None:
         pose = as_pose(X_FG, f"X_FG of geometry {record.name!r}")
         changed = changed._replace(X_FG=pose, X_PG=_in_parent(state, changed, pose))

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.errors import NameConflictError, UnknownIdError
 from scene_graph_ros.geometry.meshes.hull import Hull
-from scene_graph_ros.geometry.meshes.sources import hull_of
+from scene_graph_ros.geometry.meshes.solids.mesh_report import MeshReport
+from scene_graph_ros.geometry.meshes.sources import hull_of, report_of
 from scene_graph_ros.geometry.model.geometry_set import GeometrySet
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
 from scene_graph_ros.geometry.model.instance import GeometryInstance
@@ -27,6 +28,7 @@ from scene_graph_ros.geometry.model.roles import checked_role, Role
 from scene_graph_ros.geometry.model.state import GeometryState
 from scene_graph_ros.geometry.model.version import GeometryVersion
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.shapes.mesh import Mesh
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 from scene_graph_ros.geometry.shapes.shape import Shape
 
@@ -356,6 +358,14 @@ class SceneGraphInspector(NotCopied):
         """
         shape = self._state.geometry(geometry_id).shape
         return hull_of(shape) if isinstance(shape, MeshShape) else None
+
+    def get_mesh_report(self, geometry_id: GeometryId) -> MeshReport | None:
+        """Return what a Mesh means as a solid and what was repaired, or None for other shapes.
+
+        Raises MeshError as get_convex_hull does.
+        """
+        shape = self._state.geometry(geometry_id).shape
+        return report_of(shape) if isinstance(shape, Mesh) else None
 
     def collision_filtered(self, id_A: GeometryId, id_B: GeometryId) -> bool:
         """Tell whether collision queries skip a pair: same frame, both anchored, or excluded.

@@ -229,7 +229,9 @@ class ProximityProperties(GeometryProperties):
     """Properties for collision, distance and contact.
 
     ``("mesh", "representation")``: what a Mesh means in point contact and distance between
-    geometries, ``"convex_hull"`` (default) or ``"triangles"``.
+    geometries, ``"convex_hull"`` (default) or ``"triangles"``. ``("mesh", "repair_tolerance")``:
+    how large gaps of a Mesh are closed, as a part of its size, 1e-6 by default. ``("mesh",
+    "solid")``: ``"required"`` refuses a Mesh that is not closed, ``"if_closed"`` (default) not.
     """
 
     role = Role.PROXIMITY

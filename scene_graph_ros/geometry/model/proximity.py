@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,6 +16,7 @@ from scene_graph_ros.geometry.model.hydroelastic_properties import (
 )
 from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.model.layout import RoleArrays
+from scene_graph_ros.geometry.model.mesh_properties import check_solid, mesh_meant
 from scene_graph_ros.geometry.model.properties import GeometryProperties, ProximityProperties
 from scene_graph_ros.geometry.model.records import GeometryRecord
 from scene_graph_ros.geometry.model.roles import Role
@@ -22,7 +24,7 @@ from scene_graph_ros.geometry.model.state import GeometryState
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 from scene_graph_ros.geometry.tables.changed_table import changed_table, TableOfShapes
 from scene_graph_ros.geometry.tables.held_table import HeldTable, hold
-from scene_graph_ros.geometry.tables.shape_table import ShapeTable
+from scene_graph_ros.geometry.tables.table_arrays import ShapeTable
 
 __all__ = [
     "ProximityArrays",
@@ -64,26 +66,32 @@ def _is_exact(record: GeometryRecord) -> bool:
     return uses_triangles(properties)
 
 
-def check_proximity(record: GeometryRecord, properties: GeometryProperties) -> None:
+def check_proximity(record: GeometryRecord, properties: GeometryProperties) -> GeometryRecord:
     """Check that a geometry can get the proximity role: its properties, and its mesh data.
 
-    Raises PropertyError for the former, MeshError for data that cannot be read or are no mesh.
-    The data is kept for the queries, so nothing is read twice.
+    Returns the record whose mesh is taken as the properties say. Raises PropertyError for the
+    properties, MeshError for data that cannot be read, are no mesh, or no solid where one is
+    required. The data is kept for the queries, so nothing is read twice.
     """
     assert isinstance(properties, ProximityProperties)
     uses_triangles(properties)
-    if record.deformable is None:
-        read_hydroelastic_properties(record.shape, properties, record.name)
-        read_mesh_data(record.shape)
+    if record.deformable is not None:
+        return record
+    record = dataclasses.replace(record, shape=mesh_meant(record.shape, properties))
+    read_hydroelastic_properties(record.shape, properties, record.name)
+    read_mesh_data(record.shape, properties, record.name)
+    return record
 
 
-def read_mesh_data(shape: Any) -> None:
+def read_mesh_data(shape: Any, properties: Any, name: str) -> None:
     """Read and keep the data of a Convex or Mesh; other shapes have none.
 
     This may take long, so it is called once before a model is locked for a change.
     """
+    shape = mesh_meant(shape, properties)
     if isinstance(shape, MeshShape):
         validate(shape)
+    check_solid(shape, properties, name)
 
 
 @derived(Part.FRAMES, Part.FILTERS, Role.PROXIMITY)

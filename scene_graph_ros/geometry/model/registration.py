@@ -132,7 +132,7 @@ def add_geometry(
     for role, properties in record.properties.items():
         check_name_is_free(state, record.frame_id, role, record.name)
         if role is Role.PROXIMITY:
-            check_proximity(record, properties)
+            record = check_proximity(record, properties)
         elif role is Role.PERCEPTION:
             read_perception_properties(properties, record.name)
     edit.put(

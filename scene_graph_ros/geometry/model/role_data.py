@@ -30,7 +30,7 @@ def read_for_role(record: GeometryRecord, properties: GeometryProperties) -> Non
     if deforms:
         read_embedded_meshes([properties])
     elif isinstance(properties, ProximityProperties):
-        read_mesh_data(record.shape)
+        read_mesh_data(record.shape, properties, record.name)
 
 
 def read_looks(

@@ -217,7 +217,7 @@ class SceneGraph(RendererRegistry, NotCopied):
         owner = self._owner(context)
         registration.check_instance(geometry)
         if geometry.properties(Role.PROXIMITY) is not None:
-            read_mesh_data(geometry.shape())
+            read_mesh_data(geometry.shape(), geometry.properties(Role.PROXIMITY), geometry.name())
         read_looks(geometry.shape(), geometry.properties, geometry.name())
         return owner.change(registration.add_geometry, source_id, parent, geometry)
 
@@ -335,7 +335,8 @@ class SceneGraph(RendererRegistry, NotCopied):
         owner.state.require_source(source_id)
         record = owner.state.geometry(geometry_id)
         if record.deformable is None and Role.PROXIMITY in record.properties:
-            read_mesh_data(checked_shape(shape, record.name))
+            properties = record.properties[Role.PROXIMITY]
+            read_mesh_data(checked_shape(shape, record.name), properties, record.name)
         if record.deformable is None:
             read_looks(checked_shape(shape, record.name), record.properties.get, record.name)
         owner.change(alteration.change_shape, source_id, geometry_id, shape, X_FG)

@@ -23,7 +23,11 @@ from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.geometry.shapes.shape import Shape
 from scene_graph_ros.geometry.tolerances import MAX_SHAPE_SIZE, MIN_SCALE
 
-__all__ = ["MeshShape"]
+__all__ = ["REPAIR_TOLERANCE", "MeshShape"]
+
+REPAIR_TOLERANCE = 1e-6
+"""Relative to a mesh's size: gaps and offsets up to this one are repaired unless a property says
+otherwise. Files of single precision are off by a tenth of it."""
 
 Scale = float | tuple[float, float, float] | ArrayLike
 
@@ -31,7 +35,16 @@ Scale = float | tuple[float, float, float] | ArrayLike
 class MeshShape(Shape):
     """A shape given by vertices and triangles in frame G before scaling, units of metres."""
 
-    __slots__ = ("_key", "contents", "faces", "file_type", "path", "scale", "vertices")
+    __slots__ = (
+        "_key",
+        "contents",
+        "faces",
+        "file_type",
+        "path",
+        "repair_tolerance",
+        "scale",
+        "vertices",
+    )
 
     _key: Hashable
 
@@ -47,6 +60,8 @@ class MeshShape(Shape):
     """(m, 3) indices, counter-clockwise seen from outside, read-only, or None."""
     scale: tuple[float, float, float]
     """Factor per axis of G; negative factors mirror."""
+    repair_tolerance: float
+    """Relative to the size: how large gaps are repaired. The proximity role says it."""
 
     def __init__(
         self,
@@ -77,6 +92,7 @@ class MeshShape(Shape):
         put(self, "vertices", None)
         put(self, "faces", None)
         put(self, "scale", _checked_scale(name, scale))
+        put(self, "repair_tolerance", REPAIR_TOLERANCE)
         if path is not None:
             absolute = _checked_path(name, path)
             put(self, "path", absolute)
@@ -122,10 +138,17 @@ class MeshShape(Shape):
 
     def with_scale(self, scale: Scale) -> MeshShape:
         """Return the same data with another scale."""
+        return self._with("scale", _checked_scale(self.type_name, scale))
+
+    def with_repair_tolerance(self, tolerance: float) -> MeshShape:
+        """Return the same data, repaired where gaps are up to ``tolerance`` of the size."""
+        return self._with("repair_tolerance", tolerance)
+
+    def _with(self, name: str, value: Any) -> MeshShape:
         result = object.__new__(type(self))
         for slot in MeshShape.__slots__:
             object.__setattr__(result, slot, getattr(self, slot))
-        object.__setattr__(result, "scale", _checked_scale(self.type_name, scale))
+        object.__setattr__(result, name, value)
         return result
 
     def __setattr__(self, name: str, value: Any) -> None:
@@ -137,10 +160,13 @@ class MeshShape(Shape):
     def __eq__(self, other: object) -> bool:
         if type(other) is not type(self):
             return NotImplemented
-        return self._key == other._key and self.scale == other.scale
+        return self._key == other._key and self._made_of_it() == other._made_of_it()
 
     def __hash__(self) -> int:
-        return hash((type(self), self._key, self.scale))
+        return hash((type(self), self._key, self._made_of_it()))
+
+    def _made_of_it(self) -> tuple[Any, ...]:
+        return self.scale, self.repair_tolerance
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _restore, (type(self), [getattr(self, slot) for slot in MeshShape.__slots__])

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 from scene_graph_ros.geometry.shapes.shape import Shape
-from scene_graph_ros.geometry.tables.shape_table import build_shape_table, ShapeTable
+from scene_graph_ros.geometry.tables.shape_table import build_shape_table
+from scene_graph_ros.geometry.tables.table_arrays import ShapeTable
 
 __all__ = ["TableOfShapes", "changed_table"]
 

@@ -6,7 +6,7 @@ import functools
 from typing import Any, NamedTuple
 
 from scene_graph_ros.geometry.compiled.held_tuples import borrower, compiled_type, write_down
-from scene_graph_ros.geometry.tables.shape_table import build_shape_table, ShapeTable
+from scene_graph_ros.geometry.tables.table_arrays import empty_table, ShapeTable
 
 __all__ = ["HeldTable", "borrowed_table", "hold"]
 
@@ -22,7 +22,7 @@ class HeldTable(NamedTuple):
 @functools.cache
 def _table_type() -> Any:
     """Return the type of every table, to compiled code."""
-    return compiled_type(build_shape_table([], []))
+    return compiled_type(empty_table())
 
 
 def hold(table: ShapeTable) -> HeldTable:

@@ -13,7 +13,7 @@ from scene_graph_ros.geometry.compiled.lanes import (
     root,
 )
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
-from scene_graph_ros.geometry.tables.shape_table import ShapeTable
+from scene_graph_ros.geometry.tables.table_arrays import ShapeTable
 
 __all__ = ["INNER", "farthest_apart", "inner_covers"]
 

@@ -81,7 +81,7 @@ def test_unit_of_collada_is_applied(tmp_path):
         (b"# nothing\n", "obj", "no vertices"),
         (b"v 0 0 nan\n", "obj", "vertex 0 is not finite"),
         (b"v 0 0\n", "obj", "line 1: a vertex needs three numbers"),
-        (b"v 0 0 0\nf 1 2 3\n", "obj", "triangle 0 refers to vertices"),
+        (b"v 0 0 0\nf 1 2 3\n", "obj", "a face refers to vertex 2, there are 1"),
         (b"v 0 0 0\nf 1 1\n", "obj", "line 2: a face needs three corners"),
         (b"v 0 0 zero\n", "obj", "line 1"),
         (b"hello", "xyzzy", "no reader for 'xyzzy'"),

@@ -104,10 +104,10 @@ def test_collada_without_end():
 def test_bodies_are_counted_before_they_are_put_together(monkeypatch):
     """What a parser returned is not copied once for each place where there are too many."""
     monkeypatch.setattr("scene_graph_ros.geometry.meshes.io.MAX_CORNERS", 20)
-    box = trimesh.creation.box((1.0, 1.0, 1.0)).export(file_type="off").encode()
-    assert len(read_mesh_contents(box, "off", name="box")[0]) == 8
+    box = trimesh.creation.box((1.0, 1.0, 1.0)).export(file_type="glb")
+    assert len(read_mesh_contents(box, "glb", name="box")[0]) == 8
     monkeypatch.setattr("scene_graph_ros.geometry.meshes.io.MAX_CORNERS", 5)
-    assert "more than 5 vertices or triangles" in refusal(box, "off")
+    assert "more than 5 vertices or triangles" in refusal(box, "glb")
 
 
 def test_obj_is_counted_line_by_line(monkeypatch):

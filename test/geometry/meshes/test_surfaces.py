@@ -66,13 +66,25 @@ def test_inside_out_mesh_is_turned():
     assert (np.einsum("ij,ij->i", centroids, surface.normals) > 0.0).all()
 
 
-def test_open_and_twisted_meshes_are_not_closed():
-    """A missing triangle, and one turned around, each leave edges without a twin."""
+def test_a_missing_triangle_leaves_a_sheet():
+    """It leaves three edges of one triangle, and says where."""
     vertices, triangles = _box()
-    assert not build_surface(vertices, triangles[1:], name="open").is_closed
+    surface = build_surface(vertices, triangles[1:], name="open")
+    assert (surface.is_closed, surface.solid_parts, surface.report.sheets) == (False, 0, 1)
+    assert len(surface.open_edges) == 3
+    assert "3 edges are open, one at (" in surface.report.reason
+
+
+def test_triangles_turned_around_are_turned_back_and_reported():
+    """How a closed part is oriented follows from its neighbours and its volume."""
+    vertices, triangles = _box()
     twisted = triangles.copy()
-    twisted[0] = twisted[0, ::-1]
-    assert not build_surface(vertices, twisted, name="twisted").is_closed
+    twisted[[0, 5]] = twisted[[0, 5], ::-1]
+    surface = build_surface(vertices, twisted, name="twisted")
+    assert surface.is_closed
+    centroids = surface.vertices[surface.triangles].mean(axis=1)
+    assert (np.einsum("ij,ij->i", centroids, surface.normals) > 0.0).all()
+    assert [(r.kind, r.count) for r in surface.report.repairs] == [("triangles turned", 2)]
 
 
 def test_mesh_without_area_is_refused():

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
-from scene_graph_ros.geometry.tables.shape_table import Surfaces
+from scene_graph_ros.geometry.tables.table_arrays import Surfaces
 
 __all__ = ["CoreAtMesh", "without_radius"]
 

@@ -5,7 +5,7 @@ K is the convex shape, a core with a radius r; M is the mesh, in whose frame all
 - Apart (K's core touches no triangle and is not inside): the distance to the nearest triangle,
   minus r. It is exact; so is the depth of a K whose core is still outside. Next to contact the
   normal is that of all the triangles in contact (``contact_normal``), touching as well.
-- Inside (M is closed, K's core is inside and touches no triangle): K leaves across the plane
+- Inside (M has a solid, K's core is inside and touches no triangle): K leaves across the plane
   through the mesh's point nearest to its core, at a right angle to the way there.
 - Cut (K's core touches triangles): K leaves across the plane of one of the triangles that it
   cuts, along that triangle's normal. Triangles behind whose plane all other cut triangles lie come
@@ -14,7 +14,7 @@ K is the convex shape, a core with a radius r; M is the mesh, in whose frame all
 Inside and cut, K may also leave as it would leave M's convex hull, if that is shorter. The depth
 is therefore exact for a convex M, and for a K that dips into one face of any M; it never exceeds
 a translation that separates the two. The witness on M then is in the plane of the face that K
-leaves across. An open mesh has no inside, and each of its triangles two sides.
+leaves across. A sheet has no inside, and each of its triangles two sides.
 """
 
 import math
@@ -42,6 +42,7 @@ from scene_graph_ros.geometry.query.distance.triangle_search import (
     plane_of_core,
     search_triangles,
 )
+from scene_graph_ros.geometry.query.point.mesh_cone import bounds_solid
 from scene_graph_ros.geometry.query.point.point_mesh import point_mesh
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
@@ -112,8 +113,8 @@ def _leave_cuts(at, cuts, count, tolerance):
     """Return (depth, n, x, unique): the way out across a cut triangle, and the deepest point x."""
     surfaces = at.surfaces
     depth, n, x, unique, foremost = -1.0, (0.0, 0.0, 1.0), at.p, True, False
-    sides = 1 if surfaces.is_closed[at.surface] else 2
     for c in range(count):
+        sides = 1 if bounds_solid(surfaces, at.surface, cuts[c]) else 2
         for side in range(sides):
             m = load_vector(surfaces.normals, cuts[c])
             if side == 1:
@@ -141,7 +142,7 @@ def _leave_cuts(at, cuts, count, tolerance):
 def _is_within(at, size):
     """Return whether a core that only touches a surface is inside of it."""
     surfaces, placed = at.surfaces, Placed(at.core, at.R, at.p)
-    if not surfaces.is_closed[at.surface]:
+    if surfaces.solid_parts[at.surface] == 0:
         return False
     middle = (0.0, 0.0, 0.0)
     for trial in range(6):
@@ -207,7 +208,7 @@ def _distance_by_search(at, size, reach, allowed, plane, near):
     tolerance = COINCIDENCE * larger
     some_point, _ = placed_support(Placed(bare.core, at.R, p_MK), at.hulls, (1.0, 0.0, 0.0))
     is_inside = False
-    if surfaces.is_closed[k] and is_in_box(
+    if surfaces.solid_parts[k] > 0 and is_in_box(
         surfaces.node_lower, surfaces.node_upper, surfaces.node_start[k], some_point
     ):
         is_inside = point_mesh(surfaces, k, size, some_point, math.inf)[0] < 0.0

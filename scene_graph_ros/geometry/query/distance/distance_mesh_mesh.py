@@ -37,6 +37,7 @@ from scene_graph_ros.geometry.query.distance.triangle_triangle import (
     distance_triangle_triangle,
     reach_of,
 )
+from scene_graph_ros.geometry.query.point.mesh_cone import bounds_solid
 from scene_graph_ros.geometry.query.point.point_mesh import point_mesh
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
@@ -49,7 +50,7 @@ from scene_graph_ros.geometry.spatial.vectors import (
     subtract,
     transpose,
 )
-from scene_graph_ros.geometry.tables.shape_table import Surfaces
+from scene_graph_ros.geometry.tables.table_arrays import Surfaces
 from scene_graph_ros.geometry.tolerances import COINCIDENCE, NEAR_CONTACT
 
 __all__ = ["distance_mesh_mesh"]
@@ -112,14 +113,14 @@ def _reach_behind(triangle, n, height):
 
 
 @lean_kernel
-def _part(first, second, n_first, n_second, first_is_closed, second_is_closed):
+def _part(first, second, n_first, n_second, first_is_solid, second_is_solid):
     """Return (depth, x, n) of two triangles that cut: the shallowest way of the first out.
 
     x is the point of the first, or of the second's plane, that x + depth n leaves by.
     """
     depth, x = _reach_behind(first, n_second, dot(n_second, second[0]))
     n = n_second
-    if not second_is_closed:
+    if not second_is_solid:
         back = scale(-1.0, n_second)
         other, y = _reach_behind(first, back, dot(back, second[0]))
         if other < depth:
@@ -128,7 +129,7 @@ def _part(first, second, n_first, n_second, first_is_closed, second_is_closed):
     if other < depth:
         depth, n = other, scale(-1.0, n_first)
         x = axpy(other, n_first, y)
-    if not first_is_closed:
+    if not first_is_solid:
         back = scale(-1.0, n_first)
         other, y = _reach_behind(second, back, dot(back, first[0]))
         if other < depth:
@@ -229,8 +230,8 @@ def _search(surfaces, k, m, R, p, bound, tolerance, rounding):
                         other,
                         n_triangle,
                         n_other,
-                        surfaces.is_closed[k],
-                        surfaces.is_closed[m],
+                        bounds_solid(surfaces, k, t),
+                        bounds_solid(surfaces, m, s),
                     )
                     if way > depth:
                         depth, y, out = way, start, direction
@@ -244,7 +245,7 @@ def _deepest_vertex(surfaces, k, m, size, R, p):
     ``depth`` is -1 where none is inside. n points out of m, in whose frame all is.
     """
     depth, x, n = -1.0, p, (0.0, 0.0, 1.0)
-    if not surfaces.is_closed[m]:
+    if surfaces.solid_parts[m] == 0:
         return depth, x, n
     root = surfaces.node_start[m]
     for v in range(surfaces.vertex_start[k], surfaces.vertex_start[k + 1]):
@@ -256,17 +257,39 @@ def _deepest_vertex(surfaces, k, m, size, R, p):
     return depth, x, n
 
 
+@lean_kernel
+def _next_part(part, t, end):
+    """Return the first row after t, and before ``end``, of another part; parts ascend."""
+    low, high = t, end - 1  # part[low] is that of t, part[high] is not
+    while high - low > 1:
+        middle = (low + high) // 2
+        if part[middle] == part[t]:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
 @kernel
 def _is_inside(surfaces, k, m, size, R, p):
-    """Return whether the first vertex of surface k, placed at R, p, is inside surface m."""
-    if not surfaces.is_closed[m]:
+    """Return whether a part of surface k, placed at R, p, is inside surface m.
+
+    One vertex of each part is asked for: the surfaces do not cut each other.
+    """
+    if surfaces.solid_parts[m] == 0:
         return False
-    first = surfaces.triangles[surfaces.triangle_start[k], 0]
-    q = add(rotate(R, load_vector(surfaces.vertices, first)), p)
     root = surfaces.node_start[m]
-    if not is_in_box(surfaces.node_lower, surfaces.node_upper, root, q):
-        return False
-    return point_mesh(surfaces, m, size, q, math.inf)[0] < 0.0
+    t, end = surfaces.triangle_start[k], surfaces.triangle_start[k + 1]
+    while t < end:
+        first = surfaces.triangles[t, 0]
+        q = add(rotate(R, load_vector(surfaces.vertices, first)), p)
+        is_near = is_in_box(surfaces.node_lower, surfaces.node_upper, root, q)
+        if is_near and point_mesh(surfaces, m, size, q, math.inf)[0] < 0.0:
+            return True
+        if surfaces.part[t] == surfaces.part[end - 1]:
+            break
+        t = _next_part(surfaces.part, t, end)
+    return False
 
 
 @merged_kernel

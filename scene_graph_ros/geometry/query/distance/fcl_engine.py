@@ -40,7 +40,7 @@ from scene_graph_ros.geometry.query.distance.solved_pairs import (
     UNIQUE,
 )
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
-from scene_graph_ros.geometry.tables.shape_table import ShapeTable
+from scene_graph_ros.geometry.tables.table_arrays import ShapeTable
 from scene_graph_ros.geometry.tolerances import OSCULATION
 
 __all__ = ["solve_pairs_with_fcl"]

@@ -34,7 +34,7 @@ from scene_graph_ros.geometry.spatial.vectors import (
     rotate_inverse,
     subtract,
 )
-from scene_graph_ros.geometry.tables.shape_table import ShapeTable
+from scene_graph_ros.geometry.tables.table_arrays import ShapeTable
 
 __all__ = ["answer_all", "distance_points", "distances_to_all"]
 

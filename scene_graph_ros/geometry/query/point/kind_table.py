@@ -11,7 +11,7 @@ from scene_graph_ros.geometry.query.point.hull_lanes import LANE_CORNERS
 from scene_graph_ros.geometry.query.point.lane_memory import LANES
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.tables.holding import Holding
-from scene_graph_ros.geometry.tables.shape_table import build_shape_table, ShapeTable
+from scene_graph_ros.geometry.tables.table_arrays import empty_table, ShapeTable
 
 __all__ = ["HeldKinds", "KindTable", "borrowed", "group_by_kind", "hold_kinds"]
 
@@ -87,7 +87,7 @@ class HeldKinds(NamedTuple):
     places: Any
 
 
-_holding = Holding("a table of group_by_kind", lambda: group_by_kind(build_shape_table([], [])))
+_holding = Holding("a table of group_by_kind", lambda: group_by_kind(empty_table()))
 borrowed = _holding.borrowed
 """Return the table whose arrays are at places of ``hold_kinds``."""
 

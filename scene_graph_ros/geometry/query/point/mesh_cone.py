@@ -31,6 +31,7 @@ from scene_graph_ros.geometry.tolerances import (
 )
 
 __all__ = [
+    "bounds_solid",
     "box_square",
     "corner_at",
     "corners_at",
@@ -54,6 +55,12 @@ def box_square(p, lower, upper, node):
         gap = max(lower[node, axis] - p[axis], p[axis] - upper[node, axis], 0.0)
         total += gap * gap
     return total
+
+
+@inlined_kernel
+def bounds_solid(surfaces, k, triangle):
+    """Return whether a triangle of surface k is on the boundary of its solid, not on a sheet."""
+    return surfaces.part[triangle] < surfaces.solid_parts[k]
 
 
 @inlined_kernel

@@ -1,8 +1,8 @@
 """Signed distance from a point to a triangle mesh, exact, through the mesh's hierarchy.
 
-A closed mesh has an inside: the sign comes from the angle-weighted normal of the nearest feature
-(Baerentzen and Aanaes, "Signed distance computation using the angle weighted pseudonormal", 2005).
-An open mesh is a surface without an inside: its distance is nowhere negative.
+Where the nearest triangle bounds a solid, the sign comes from the angle-weighted normal of the
+nearest feature (Baerentzen and Aanaes, "Signed distance computation using the angle weighted
+pseudonormal", 2005). A sheet has no inside: its distance is nowhere negative.
 """
 
 import math
@@ -14,6 +14,7 @@ from scene_graph_ros.geometry.query.point.flat_features import (
     nearest_on_triangle,
 )
 from scene_graph_ros.geometry.query.point.mesh_cone import (
+    bounds_solid,
     box_square,
     corners_at,
     ends_of,
@@ -173,10 +174,10 @@ def point_mesh(surfaces, k, size, p_GQ, bound):
     if feature == 0 and norm(subtract(p_GQ, p_GN)) <= tolerance:
         feature = border_feature(p_GQ, a, b, c, tolerance)
     normal = _pseudonormal(surfaces, triangle, feature)
-    is_closed = surfaces.is_closed[k]
+    is_solid = bounds_solid(surfaces, k, triangle)
     if feature == 0:
         height = dot(normal, subtract(p_GQ, a))
-        if not is_closed and height < 0.0:
+        if not is_solid and height < 0.0:
             return -height, p_GN, scale(-1.0, normal), unique
         return height, p_GN, normal, unique
     offset = way_from_feature(surfaces, triangle, feature, p_GQ)
@@ -187,6 +188,6 @@ def point_mesh(surfaces, k, size, p_GQ, bound):
     grad_G = unit(offset, normal)
     if phi < NEAR_CONTACT * size:
         grad_G = turned_into_cone(surfaces, k, size, triangle, feature, p_GN, grad_G)
-    if is_closed and dot(offset, normal) < 0.0:
+    if is_solid and dot(offset, normal) < 0.0:
         return -phi, p_GN, scale(-1.0, grad_G), unique
     return phi, p_GN, grad_G, unique

@@ -1,0 +1,1 @@
+"""What triangles enclose: parts, cavities and sheets, repaired, united and reported."""

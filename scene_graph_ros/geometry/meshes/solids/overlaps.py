@@ -1,0 +1,73 @@
+"""Which boxes overlap: in pairs, and directly or by way of others."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.compiled.kernel import kernel
+from scene_graph_ros.geometry.meshes.bvh import traversal_stack
+
+__all__ = ["groups_of_boxes", "meeting_boxes"]
+
+
+@kernel
+def meeting_boxes(lower, upper, tree):
+    """Return (k, 2) rows: which of n boxes meet which of a tree's; twice the work, no guess."""
+    node_lower, node_upper, left, right, order = tree
+    stack = traversal_stack()
+    count = 0
+    pairs = np.empty((0, 2), np.int64)
+    for fill in range(2):
+        if fill == 1:
+            pairs = np.empty((count, 2), np.int64)
+        count = 0
+        for i in range(len(lower)):
+            stack[0], depth = 0, 1
+            while depth > 0:
+                depth -= 1
+                node = stack[depth]
+                meets = True
+                for axis in range(3):
+                    meets = meets and lower[i, axis] <= node_upper[node, axis]
+                    meets = meets and upper[i, axis] >= node_lower[node, axis]
+                if not meets:
+                    continue
+                if left[node] >= 0:
+                    stack[depth], stack[depth + 1] = right[node], left[node]
+                    depth += 2
+                    continue
+                for slot in range(-1 - left[node], -1 - left[node] + right[node]):
+                    if fill == 1:
+                        pairs[count, 0], pairs[count, 1] = i, order[slot]
+                    count += 1
+    return pairs
+
+
+def groups_of_boxes(
+    lower: NDArray[np.float64], upper: NDArray[np.float64]
+) -> list[NDArray[np.int64]]:
+    """Return the rows of (n, 3) boxes in groups: those that touch are in one, and so on."""
+    n = len(lower)
+    group = np.arange(n)
+
+    def root(i: int) -> int:
+        while group[i] != i:
+            group[i] = group[group[i]]
+            i = int(group[i])
+        return i
+
+    order = np.argsort(lower[:, 0], kind="stable")
+    low, high = lower[order], upper[order]
+    ends = np.searchsorted(low[:, 0], high[:, 0], side="right")
+    for i in range(n):
+        others = slice(i + 1, ends[i])
+        meets = (low[others, 1:] <= high[i, 1:]).all(axis=1)
+        meets &= (high[others, 1:] >= low[i, 1:]).all(axis=1)
+        for j in np.flatnonzero(meets) + i + 1:
+            a, b = root(int(order[i])), root(int(order[j]))
+            group[max(a, b)] = min(a, b)
+    roots = np.array([root(i) for i in range(n)], dtype=np.int64)
+    in_order = np.argsort(roots, kind="stable")
+    starts = np.flatnonzero(np.diff(roots[in_order], prepend=-1))
+    return np.split(in_order, starts[1:]) if n else []

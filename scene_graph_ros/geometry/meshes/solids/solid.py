@@ -1,0 +1,203 @@
+"""What the triangles of a mesh mean: the boundary of a solid, and sheets beside it.
+
+1. Vertices with equal coordinates are one vertex; triangles that use one twice are dropped.
+2. Where edges are not of two triangles each, the mesh is repaired (``repair``).
+3. Triangles joined along edges of two are a part (``parts``). One without an open edge is closed,
+   and oriented by its volume; any other is a sheet.
+4. Closed parts are united, but for cavities (``union``).
+5. Sheets end where the solid begins (``clip``).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.meshes.distinct_rows import distinct_rows, used_indices
+from scene_graph_ros.geometry.meshes.solids.clip import outside_of_solid
+from scene_graph_ros.geometry.meshes.solids.half_edges import (
+    edges_of,
+    mates_of,
+    open_half_edges,
+)
+from scene_graph_ros.geometry.meshes.solids.mesh_report import MeshReport, Repair
+from scene_graph_ros.geometry.meshes.solids.parts import (
+    find_parts,
+    joined_parts,
+    Parts,
+    signed_volumes,
+)
+from scene_graph_ros.geometry.meshes.solids.repair import repaired
+from scene_graph_ros.geometry.meshes.solids.shed import without_membranes
+from scene_graph_ros.geometry.meshes.solids.union import unite, United
+from scene_graph_ros.geometry.meshes.solids.walk import walk_parts
+
+__all__ = ["Solid", "solid_of"]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+class Solid(NamedTuple):
+    """The triangles that are surface, those of the solid first; no vertex is of both kinds."""
+
+    vertices: FloatArray
+    """(v, 3)."""
+    triangles: IntArray
+    """(m, 3): the solid's run counter-clockwise seen from outside."""
+    part: IntArray
+    """(m,): the connected part of each triangle, ascending, the solid's first."""
+    solid_parts: int
+    """How many of the parts bound the solid."""
+    report: MeshReport
+    open_edges: FloatArray
+    """(k, 2, 3): the ends of edges that are open."""
+
+
+_NOTHING = Solid(
+    np.zeros((0, 3)),
+    np.zeros((0, 3), dtype=np.int64),
+    np.zeros(0, dtype=np.int64),
+    0,
+    MeshReport(0, 0, 0, (), False, "there is no triangle"),
+    np.zeros((0, 2, 3)),
+)
+
+
+def solid_of(vertices: FloatArray, triangles: IntArray, repair_tolerance: float) -> Solid:
+    """Return what (m, 3) triangles over (v, 3) vertices mean.
+
+    ``repair_tolerance`` is relative to the size: how large gaps are that are closed.
+    """
+    welded = _welded(vertices, triangles)
+    if not len(welded[1]):
+        return _NOTHING
+    plain = _one_closed_part(*welded)
+    return _of_any_parts(vertices, triangles, repair_tolerance) if plain is None else plain
+
+
+def _welded(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, IntArray]:
+    distinct = distinct_rows(vertices + 0.0)  # -0.0 and 0.0 are one coordinate
+    triangles = distinct.inverse[triangles]
+    a, b, c = triangles.T
+    is_triangle = (a != b) & (b != c) & (c != a)
+    used, triangles = used_indices(triangles[is_triangle], len(distinct.rows))
+    return distinct.rows[used], triangles
+
+
+def _one_closed_part(vertices: FloatArray, triangles: IntArray) -> Solid | None:
+    """Return the solid of a mesh that is one closed part as it is, else None."""
+    edges = edges_of(triangles)
+    if len(triangles) < 4 or not (edges.counts == 2).all():
+        return None
+    mate = mates_of(edges)
+    if (edges.start == edges.start[mate]).any():
+        return None
+    label, _, is_two_sided = walk_parts(mate, edges.start)
+    if len(is_two_sided) > 1:
+        return None
+    volume = signed_volumes(vertices, triangles, label, 1)[0]
+    if volume == 0.0:
+        return None
+    if volume < 0.0:
+        triangles = np.ascontiguousarray(triangles[:, ::-1])
+    report = MeshReport(1, 0, 0, (), True, "")
+    return Solid(vertices, triangles, label, 1, report, np.zeros((0, 2, 3)))
+
+
+def _of_any_parts(vertices: FloatArray, triangles: IntArray, tolerance: float) -> Solid:
+    size = float(np.ptp(vertices[triangles].reshape(-1, 3), axis=0).max())
+    # What is closed by the file's own numbers is a part, whatever else has the same vertices.
+    alone = find_parts(vertices, triangles)
+    at, rest = _welded(vertices, triangles[~alone.is_closed[alone.label]])
+    repairs: list[Repair] = []
+    parts, membranes = find_parts(at, rest), rest[:0]
+    if not parts.is_closed.all() or _has_doubles(rest):
+        rest, repairs = repaired(at, rest, tolerance * size)
+        rest, membranes = without_membranes(at, rest)
+        parts = find_parts(at, rest)
+    parts = joined_parts(alone, parts, len(vertices))
+    membranes = membranes + len(vertices)
+    vertices = np.concatenate([vertices, at])
+    united = unite(vertices, parts)
+    if len(united.dropped):
+        first = parts.triangles[parts.label == united.dropped[0]][0, 0]
+        x, y, z = (float(c) for c in vertices[first])
+        repairs.append(
+            Repair("parts smaller than 1e-12 of the whole dropped", len(united.dropped), (x, y, z))
+        )
+    if len(parts.against):
+        x, y, z = (float(c) for c in vertices[parts.triangles[parts.against[0]]].mean(axis=0))
+        repairs.append(Repair("triangles turned", len(parts.against), (x, y, z)))
+    open_triangles = np.concatenate([parts.triangles[~parts.is_closed[parts.label]], membranes])
+    sheets = vertices[open_triangles]
+    sheet_label = _labels(open_triangles)
+    open_edges = vertices[open_half_edges(open_triangles)[0]]
+    if len(sheets) and len(united.triangles):
+        before = len(sheets)
+        sheets, of = outside_of_solid(sheets, united.vertices, united.triangles, size)
+        sheet_label = sheet_label[of]
+        open_edges = vertices[open_half_edges(open_triangles[np.unique(of)])[0]]
+        if len(np.unique(of)) < before:
+            gone = np.setdiff1d(np.arange(before), of)
+            x, y, z = (float(c) for c in vertices[open_triangles[gone[0]]].mean(axis=0))
+            repairs.append(Repair("triangles inside of the solid dropped", len(gone), (x, y, z)))
+    report = _report(parts, united, len(np.unique(sheet_label)), repairs, open_edges)
+    return _assembled(united, (sheets, sheet_label), report, open_edges)
+
+
+def _has_doubles(triangles: IntArray) -> bool:
+    return len(distinct_rows(np.sort(triangles, axis=1)).first) < len(triangles)
+
+
+def _labels(triangles: IntArray) -> IntArray:
+    """Return the connected part of each triangle, by edges of two."""
+    if not len(triangles):
+        return np.zeros(0, dtype=np.int64)
+    edges = edges_of(triangles)
+    return np.asarray(walk_parts(mates_of(edges), edges.start)[0])
+
+
+def _report(
+    parts: Parts, united: United, sheets: int, repairs: list[Repair], open_edges: FloatArray
+) -> MeshReport:
+    """Put what was found in words; ``open_edges`` (k, 2, 3) are those of the sheets."""
+    closed = int(parts.is_closed.sum())
+    reason = united.doubt
+    if sheets:
+        reason = "it folds back on itself, so it has two sides and no inside"
+        if len(open_edges):
+            place = ", ".join(f"{x:.6g}" for x in open_edges[0].mean(axis=0))
+            edges = "1 edge is" if len(open_edges) == 1 else f"{len(open_edges)} edges are"
+            reason = f"{edges} open, one at ({place}), so a sheet has two sides and no inside"
+    is_closed = closed > 0 and not sheets and not united.doubt
+    return MeshReport(closed, united.cavities, sheets, tuple(repairs), is_closed, reason)
+
+
+def _assembled(
+    united: United,
+    sheets: tuple[FloatArray, IntArray],
+    report: MeshReport,
+    open_edges: FloatArray,
+) -> Solid:
+    """Put the solid and the sheets behind each other, each sorted by part."""
+    solid_label = _labels(united.triangles)
+    order = np.argsort(solid_label, kind="stable")
+    corners, sheet_label = sheets
+    sheet_order = np.argsort(sheet_label, kind="stable")
+    _, sheet_label = np.unique(sheet_label[sheet_order], return_inverse=True)
+    distinct = distinct_rows(corners[sheet_order].reshape(-1, 3))
+    of_sheets = distinct.inverse.reshape(-1, 3)
+    a, b, c = of_sheets.T
+    is_triangle = (a != b) & (b != c) & (c != a)
+    count = int(solid_label.max(initial=-1)) + 1
+    return Solid(
+        np.concatenate([united.vertices, distinct.rows]),
+        np.concatenate([united.triangles[order], of_sheets[is_triangle] + len(united.vertices)]),
+        np.concatenate([solid_label[order], sheet_label[is_triangle] + count]),
+        count,
+        report,
+        open_edges,
+    )

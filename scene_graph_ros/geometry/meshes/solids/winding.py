@@ -1,0 +1,124 @@
+"""Winding numbers of points, counted along rays: exact but for points that are on the surface.
+
+Nothing here knows how a surface came about, so that it can judge what others made.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
+from scene_graph_ros.geometry.meshes.bvh import build_bvh, traversal_stack
+from scene_graph_ros.geometry.spatial.vectors import cross, dot, load_vector, norm, subtract
+
+__all__ = ["winding_numbers"]
+
+_TRIES = 12
+"""Rays that pass an edge too near to tell its sides apart are followed by others, as many."""
+
+_NEAR_EDGE = 1e-14
+"""Relative to the lengths of an edge and of the way there: a ray this near is no answer."""
+
+
+@lean_kernel
+def _beside(d, a, b):
+    """Return (u, slack): on which side of the edge from a to b the ray along d passes."""
+    edge = subtract(b, a)
+    return dot(d, cross(edge, a)), _NEAR_EDGE * norm(edge) * (norm(a) + norm(b))
+
+
+@lean_kernel
+def _crossing(p, d, a, b, c):
+    """Return (sign, is_clear) of the ray p + t d, t > 0, and a triangle: +1 where it leaves."""
+    a, b, c = subtract(a, p), subtract(b, p), subtract(c, p)
+    u, slack_u = _beside(d, b, c)
+    v, slack_v = _beside(d, c, a)
+    w, slack_w = _beside(d, a, b)
+    is_before = u < -slack_u or v < -slack_v or w < -slack_w
+    is_behind = u > slack_u or v > slack_v or w > slack_w
+    if is_before and is_behind:
+        return 0, True
+    if abs(u) <= slack_u or abs(v) <= slack_v or abs(w) <= slack_w:
+        return 0, False
+    total = u + v + w
+    height = u * dot(d, a) + v * dot(d, b) + w * dot(d, c)
+    if height * total <= 0.0:
+        return 0, True
+    return (-1 if total > 0.0 else 1), True
+
+
+@lean_kernel
+def _passes(p, inverse, lower, upper, node):
+    """Return whether a ray from p meets a node's box."""
+    near, far = 0.0, np.inf
+    for axis in range(3):
+        one = (lower[node, axis] - p[axis]) * inverse[axis]
+        other = (upper[node, axis] - p[axis]) * inverse[axis]
+        near, far = max(near, min(one, other)), min(far, max(one, other))
+    return near <= far * (1.0 + 1e-12) + 1e-300
+
+
+@kernel
+def _number(p, d, vertices, triangles, tree):
+    """Return (winding number, is_clear) by one ray."""
+    lower, upper, left, right, order = tree
+    inverse = (1.0 / d[0], 1.0 / d[1], 1.0 / d[2])
+    stack = traversal_stack()
+    stack[0], depth, total = 0, 1, 0
+    while depth > 0:
+        depth -= 1
+        node = stack[depth]
+        if not _passes(p, inverse, lower, upper, node):
+            continue
+        if left[node] >= 0:
+            stack[depth], stack[depth + 1] = right[node], left[node]
+            depth += 2
+            continue
+        for slot in range(-1 - left[node], -1 - left[node] + right[node]):
+            t = order[slot]
+            sign, is_clear = _crossing(
+                p,
+                d,
+                load_vector(vertices, triangles[t, 0]),
+                load_vector(vertices, triangles[t, 1]),
+                load_vector(vertices, triangles[t, 2]),
+            )
+            if not is_clear:
+                return 0, False
+            total += sign
+    return total, True
+
+
+@kernel
+def _numbers(points, rays, vertices, triangles, tree):
+    """Return (n,) winding numbers; the last ray's where none is clear."""
+    result = np.zeros(len(points), np.int64)
+    for i in range(len(points)):
+        p = load_vector(points, i)
+        for k in range(len(rays)):
+            total, is_clear = _number(p, load_vector(rays, k), vertices, triangles, tree)
+            result[i] = total
+            if is_clear:
+                break
+    return result
+
+
+def winding_numbers(
+    points: NDArray[np.float64], vertices: NDArray[np.float64], triangles: NDArray[np.int64]
+) -> NDArray[np.int64]:
+    """Return (n,) how often closed triangles wind around each of (n, 3) points.
+
+    It is 1 inside of one part whose triangles run counter-clockwise seen from outside.
+    """
+    corners = vertices[triangles]
+    lower, upper = corners.min(axis=1), corners.max(axis=1)
+    slack = 1e-12 * float((upper.max(axis=0) - lower.min(axis=0)).max())
+    tree: tuple[Any, ...] = build_bvh(lower - slack, upper + slack)
+    rays = np.random.default_rng(1).normal(size=(_TRIES, 3))
+    rays = np.sign(rays) * np.maximum(np.abs(rays), 0.1)
+    rays /= np.linalg.norm(rays, axis=1)[:, None]
+    arrays = (np.array(a, order="C") for a in (points, rays, vertices, triangles))
+    return np.asarray(_numbers(*arrays, tree))

@@ -1,0 +1,72 @@
+"""Read the triangles of an STL file, in words or binary."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.errors import MeshError
+from scene_graph_ros.geometry.meshes.promises import MAX_CORNERS
+from scene_graph_ros.geometry.quoting import quoted
+
+__all__ = ["parse_stl"]
+
+_HEAD = 84
+_RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+_VERTEX = re.compile(rb"^[ \t]*vertex[ \t]+([^\r\n]*)", re.MULTILINE | re.IGNORECASE)
+_FACET = re.compile(rb"^[ \t]*endfacet\b", re.MULTILINE | re.IGNORECASE)
+
+
+def parse_stl(contents: bytes, name: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Return vertices (3 m, 3) and triangles (m, 3), each with vertices of its own.
+
+    A file is binary where it is as long as its count says, or longer, and does not begin with
+    ``solid``; case, comments before it and bytes after the last triangle do not matter.
+
+    Raises:
+        MeshError: the file ends too early, or a vertex is no three numbers.
+
+    """
+    count = int.from_bytes(contents[80:84], "little")
+    if len(contents) == _HEAD + _RECORD.itemsize * count or not _is_text(contents):
+        corners = _binary(contents, count, name)
+    else:
+        corners = _text(contents, name)
+    if len(corners) > MAX_CORNERS:
+        raise MeshError(f"{name}: more than {MAX_CORNERS} vertices or triangles")
+    triangles = np.arange(3 * len(corners), dtype=np.int64).reshape(-1, 3)
+    return corners.reshape(-1, 3), triangles
+
+
+def _is_text(contents: bytes) -> bool:
+    """Tell whether a file has triangles in words: ``solid``, or ``facet`` and ``vertex`` lines."""
+    head = contents[:4096].lower()
+    if head.removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"solid") and b"\0" not in head:
+        return True
+    return b"\0" not in head and _VERTEX.search(contents) is not None
+
+
+def _binary(contents: bytes, count: int, name: str) -> NDArray[np.float64]:
+    if len(contents) < _HEAD + _RECORD.itemsize * count or len(contents) < _HEAD:
+        raise MeshError(
+            f"{name}: unreadable stl: it ends before its last triangle, of {count} that it states"
+        )
+    records = np.frombuffer(contents, _RECORD, count, _HEAD)
+    return records["corners"].astype(np.float64)
+
+
+def _text(contents: bytes, name: str) -> NDArray[np.float64]:
+    contents = contents.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    lines = [match[1] for match in _VERTEX.finditer(contents)]
+    facets = sum(1 for _ in _FACET.finditer(contents))
+    if len(lines) != 3 * facets:
+        raise MeshError(
+            f"{name}: unreadable stl: {len(lines)} vertices for {facets} facets, which have three"
+        )
+    try:
+        numbers = np.array([line.split() for line in lines], dtype=np.float64).reshape(-1, 3, 3)
+    except ValueError as error:
+        raise MeshError(f"{name}: unreadable stl: {quoted(error)}") from error
+    return numbers
