@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -77,7 +76,7 @@ def check_proximity(record: GeometryRecord, properties: GeometryProperties) -> G
     uses_triangles(properties)
     if record.deformable is not None:
         return record
-    record = dataclasses.replace(record, shape=mesh_meant(record.shape, properties))
+    record = record._replace(shape=mesh_meant(record.shape, properties))
     read_hydroelastic_properties(record.shape, properties, record.name)
     read_mesh_data(record.shape, properties, record.name)
     return record
