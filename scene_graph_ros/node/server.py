@@ -27,20 +27,12 @@ from scene_graph_ros.node.runtime.namesakes import Namesakes
 from scene_graph_ros.node.runtime.parameters import PARAMETERS
 from scene_graph_ros.node.runtime.precedence import Precedence
 from scene_graph_ros.node.services.services import Services
-from scene_graph_ros.node.world.configuration_inputs import ConfigurationInputs
-from scene_graph_ros.node.world.description_channel import DescriptionInputs
 from scene_graph_ros.node.world.edits import Tools
-from scene_graph_ros.node.world.inputs import (
-    BASE_POSES,
-    JOINT_POSES,
-    message_type,
-    PoseInputs,
-    POSES,
-)
+from scene_graph_ros.node.world.inputs import message_type
 from scene_graph_ros.node.world.intake import TimeLimits, UNSTAMPED
 from scene_graph_ros.node.world.planned_path import PlannedPath
 from scene_graph_ros.node.world.scenes import loader_of, SceneLoader
-from scene_graph_ros.node.world.source_channel import Inputs
+from scene_graph_ros.node.world.subscriptions import Subscriptions
 from scene_graph_ros.node.world.world import World, WorldSnapshot
 
 if TYPE_CHECKING:
@@ -248,14 +240,10 @@ class Server:
         self._world = world
         self._timed_sequence = -1
         self._planned = self._regions = None
-        changed = self._loop.topics_changed
-        self._poses = [
-            PoseInputs(self.node, world, self.group, changed, noun)
-            for noun in (POSES, BASE_POSES, JOINT_POSES)
-        ]
-        self._configurations = ConfigurationInputs(self.node, world, self.group, changed)
         self._descriptions: Descriptions | None = None
-        self._described = DescriptionInputs(self.node, world, self.group, changed, self._describe)
+        self._subscriptions = Subscriptions(
+            self.node, world, self.group, self._loop.topics_changed, self._describe
+        )
         self._loader = loader
         self._kernels = KernelSupply(self.node.get_logger(), self._kernels_came)
         self._effects = Effects(self, lack=self._kernels.lack)
@@ -263,8 +251,13 @@ class Server:
         tools = Tools(loader.resolve, message_type, loader.load_request, loader.requested_text)
         self._services = Services(self, world, self._effects, tools)
         watched = Watched(
-            world, self._inputs(), self._effects, self._services, self._monitor, self._namesakes
-        )  # fmt: skip
+            world,
+            self._subscriptions.all,
+            self._effects,
+            self._services,
+            self._monitor,
+            self._namesakes,
+        )
         self._diagnostics.open(watched, self.group, self.channels)
         self._jump_handle = self.node.get_clock().create_jump_callback(
             JumpThreshold(
@@ -305,8 +298,7 @@ class Server:
         if self._is_active:
             self._is_active = False
             self._loop.stop()
-            for inputs in self._inputs():
-                inputs.close()
+            self._subscriptions.close()
             self._effects.close()
             self._services.end_waiting()
             if self.recorder is not None:
@@ -336,14 +328,7 @@ class Server:
     # What happens while it runs.
 
     def _follow_scene(self) -> list[Topic]:
-        """Subscribe to what the sources that there are now send; return all of that."""
-        for inputs in self._inputs():
-            inputs.refresh()
-        return [reader for inputs in self._inputs() for reader in inputs.readers]
-
-    def _inputs(self) -> list[Inputs[Any]]:
-        """Return all that is subscribed to."""
-        return [*self._poses, self._configurations, self._described]
+        return self._subscriptions.follow_scene()
 
     def _describe(self, name: str, text: str) -> None:
         """Have a robot become as a text describes it; the thread for that comes with the first."""
@@ -371,20 +356,14 @@ class Server:
         if not self._is_active:
             return
         try:
-            for inputs in self._inputs():
-                inputs.look()
+            self._subscriptions.look()
             limits = self._limits()
             due = self._effects.due(self._world.snapshot)
             with self._world.lock:
                 self._forget_impossible_stamps(limits)
-                collected = [inputs.collect(limits) for inputs in self._poses]
-                deformed, arrived = self._configurations.collect(limits)
-                moved = {name for names, _ in collected for name in names}
+                moved, deformed, first = self._subscriptions.collect(limits)
                 snapshot = self._world.snapshot
                 if moved or deformed:
-                    # Steady times are never 0.
-                    arrivals = (arrived, *(arrival for _, arrival in collected))
-                    first = min(filter(None, arrivals), default=None)
                     snapshot = self._world.commit(moved, first, deformed)
                 if self.recorder is not None:
                     self.recorder.updated(limits, snapshot)
@@ -417,8 +396,7 @@ class Server:
     def _forget(self, after: int) -> None:
         """Forget stamps later than that; the poses hold."""
         self._world.forget_stamps(after)
-        for inputs in self._poses:
-            inputs.forget(after)
+        self._subscriptions.forget(after)
 
     def _follow_parameters(self, parameters: list[Parameter]) -> None:
         if not self._is_configured:
@@ -440,8 +418,7 @@ class Server:
             "the clock jumped back or changed its source: stamps of earlier poses are forgotten"
         )
         with self._world.lock:
-            for inputs in self._inputs():
-                inputs.discard()
+            self._subscriptions.discard()
             self._forget(UNSTAMPED)
             if self.recorder is not None:
                 self.recorder.stamps_forgotten(None)

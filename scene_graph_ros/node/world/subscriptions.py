@@ -1,0 +1,88 @@
+"""Everything that the node subscribes to: poses, configurations and descriptions of sources."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from rclpy.node import Node
+
+from scene_graph_ros.node.runtime.loop import OwnThreadGroup, Topic
+from scene_graph_ros.node.world.configuration_inputs import ConfigurationInputs
+from scene_graph_ros.node.world.description_channel import DescriptionInputs
+from scene_graph_ros.node.world.inputs import BASE_POSES, JOINT_POSES, PoseInputs, POSES
+from scene_graph_ros.node.world.intake import TimeLimits
+from scene_graph_ros.node.world.source_channel import Inputs
+from scene_graph_ros.node.world.world import World
+
+__all__ = ["Collected", "Subscriptions"]
+
+
+class Collected(NamedTuple):
+    """The messages of one update, judged."""
+
+    moved: set[str]
+    """Names of the sources whose frames moved."""
+    deformed: Any
+    """The configurations that came, as `World.commit` takes them."""
+    first: int | None
+    """The steady time of the first arrival, ns; None without any."""
+
+
+class Subscriptions:
+    """The inputs of a world; messages stay bytes until `collect`."""
+
+    def __init__(
+        self,
+        node: Node,
+        world: World,
+        group: OwnThreadGroup,
+        changed: Callable[[], None],
+        describe: Callable[[str, str], None],
+    ) -> None:
+        """``describe`` takes the name of a source and the text of its robot."""
+        self._poses = [
+            PoseInputs(node, world, group, changed, noun)
+            for noun in (POSES, BASE_POSES, JOINT_POSES)
+        ]
+        self._configurations = ConfigurationInputs(node, world, group, changed)
+        self.all: list[Inputs[Any]] = [
+            *self._poses,
+            self._configurations,
+            DescriptionInputs(node, world, group, changed, describe),
+        ]
+
+    def follow_scene(self) -> list[Topic]:
+        """Subscribe to the topics of the sources that there are now; return all of them."""
+        for inputs in self.all:
+            inputs.refresh()
+        return [reader for inputs in self.all for reader in inputs.readers]
+
+    def look(self) -> None:
+        """Take note of messages that arrived; nothing moves yet."""
+        for inputs in self.all:
+            inputs.look()
+
+    def collect(self, limits: TimeLimits) -> Collected:
+        """Judge all poses and configurations that wait, and put those in place that count."""
+        collected = [inputs.collect(limits) for inputs in self._poses]
+        deformed, arrived = self._configurations.collect(limits)
+        moved = {name for names, _ in collected for name in names}
+        # Steady times are never 0.
+        arrivals = (arrived, *(arrival for _, arrival in collected))
+        return Collected(moved, deformed, min(filter(None, arrivals), default=None))
+
+    def forget(self, after: int) -> None:
+        """Forget stamps later than that; the poses hold."""
+        for inputs in self._poses:
+            inputs.forget(after)
+
+    def discard(self) -> None:
+        """Drop messages that wait."""
+        for inputs in self.all:
+            inputs.discard()
+
+    def close(self) -> None:
+        """End all subscriptions."""
+        for inputs in self.all:
+            inputs.close()
