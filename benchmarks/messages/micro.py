@@ -28,8 +28,8 @@ from msg_adapters.scene import marker_items
 from msg_adapters.wire.markers import MarkerWire
 from scene_graph_ros.geometry import Role, SceneGraph
 from scene_graph_ros.geometry.spatial.poses import poses_from_quaternions
-from scene_graph_ros.node.world.inputs import Channel
 from scene_graph_ros.node.world.intake import Intake, TimeLimits
+from scene_graph_ros.node.world.pose_channel import PoseChannel
 from scene_graph_ros.node.world.world import World
 from scene_graph_ros.scene_files import load_scene_text
 
@@ -129,7 +129,7 @@ def received_poses(count: int, repetitions: int) -> Row:
     rows = {name: row for row, name in enumerate(frames)}
     X_PF = np.tile(np.eye(4), (count, 1, 1))
     world = World(graph)
-    channel = Channel(world.records[SOURCE], Intake(SOURCE, print), MultiDOFJointState)
+    channel = PoseChannel(world.records[SOURCE], Intake(SOURCE, print), MultiDOFJointState)
     moved = {"ordinary": 0, "ours": 0}
     with isolated() as isolation:
         domain = _Domain(isolation)

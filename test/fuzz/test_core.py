@@ -145,7 +145,7 @@ LATE = {
     "compute_contact_surfaces_with_fallback",
     "compute_deformable_contact",
 }
-INTERNAL = {"Context", "provide_queries", "share", "changing", "change_filters", "resolve_set"}
+INTERNAL = {"Context", "provide_queries", "share", "change", "change_filters", "resolve_set"}
 """Not called by users: contexts come from create_default_context."""
 
 

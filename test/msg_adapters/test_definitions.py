@@ -8,6 +8,7 @@ from sensor_msgs.msg import PointField
 from visualization_msgs.msg import Marker, MarkerArray
 
 from msg_adapters.definitions import definition_with_parts, kind_of, layout_of
+from msg_adapters.message_classes import UnknownKindError
 from scene_graph_msgs.srv import RegisterCamera, RegisterFrame
 
 
@@ -36,8 +37,8 @@ def test_a_message_is_read_by_its_definition_alone():
 
 
 def test_a_message_that_is_not_there_is_an_error():
-    """Of the import, by its name."""
-    with pytest.raises(ModuleNotFoundError, match="no_msgs"):
+    """By the name of the package that is to be installed."""
+    with pytest.raises(UnknownKindError, match="no package no_msgs is installed"):
         definition_with_parts("no_msgs/msg/Nothing")
 
 

@@ -30,7 +30,9 @@ F = PlanPath.Result
 @pytest.fixture(scope="module")
 def action(client, start_node, tmp_path_factory):
     """A client of a node with the ball and the post; the rail is at -1."""
-    start_node({"scene": rail_scene(tmp_path_factory.mktemp("rails"))})
+    folders = str(tmp_path_factory.getbasetemp())
+    scene = rail_scene(tmp_path_factory.mktemp("rails"))
+    start_node({"scene": scene, "resource_folders": folders})
     planner = Planner(client)
     yield planner
     planner.destroy()

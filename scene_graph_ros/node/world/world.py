@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
 import secrets
 import threading
 from typing import Any, TYPE_CHECKING, TypeVar
@@ -22,6 +21,7 @@ from scene_graph_ros.geometry import SceneGraph
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.spatial.record_kernels import latest
 from scene_graph_ros.geometry.steps import between_steps, calling_between_steps
+from scene_graph_ros.node.runtime.made_once import made_once
 from scene_graph_ros.node.runtime.precedence import Precedence
 from scene_graph_ros.node.world.deformables import SourceDeformables
 from scene_graph_ros.node.world.half_spaces import check_half_spaces
@@ -78,7 +78,7 @@ class SourceStamps:
             stamp = STATIC
         return cls(frames.ids, stamps, is_static, newest, stamp)
 
-    @cached_property
+    @made_once
     def by_frame(self) -> Mapping[Any, int]:
         """The stamp of each frame in its parent: STATIC where nothing moves it."""
         ages = np.where(self.is_static, STATIC, self.stamps).tolist()

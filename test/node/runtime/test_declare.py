@@ -15,6 +15,7 @@ class Node:
 
     def __init__(self):
         self.values = {}
+        self._parameter_overrides = {}
         self.take = None
 
     def declare_parameter(self, name, default, descriptor):
