@@ -96,7 +96,9 @@ def gltf(materials, images, *, is_binary=False, beside=None, coordinates="TEXCOO
     # glTF counts v from above.
     uv = accessor(np.float32(np.column_stack([corners[:, 0], 1 - corners[:, 1]])), "VEC2")
     for k in range(len(materials)):
-        points = np.column_stack([corners + np.float32((k, 0)), np.zeros(4, np.float32)])
+        x, y = (corners + np.float32((k, 0))).T
+        # The file has +Y up: (x, y, z) is read as (x, -z, y).
+        points = np.column_stack([x, np.zeros(4), -y])
         attributes = {"POSITION": accessor(points.astype(np.float32), "VEC3"), coordinates: uv}
         primitives.append({"attributes": attributes, "indices": indices, "material": k})
     pictures = [

@@ -27,7 +27,6 @@ from scene_graph_ros.geometry.meshes.io import (
     read_file_marked,
     VOLUME_FILE_TYPES,
 )
-from scene_graph_ros.geometry.meshes.solids.crossings import first_crossing
 from scene_graph_ros.geometry.meshes.solids.mesh_report import MeshReport
 from scene_graph_ros.geometry.meshes.surfaces import (
     build_surface,
@@ -172,6 +171,8 @@ def report_of(shape: MeshShape) -> MeshReport:
     """
 
     def build() -> MeshReport:
+        from scene_graph_ros.geometry.meshes.solids.crossings import first_crossing
+
         surface = surface_of(shape)
         crossing = first_crossing(surface.vertices, surface.triangles[surface.is_solid])
         if crossing is None or surface.report.reason:

@@ -14,7 +14,6 @@ from scene_graph_ros.geometry.meshes.bvh import build_bvh
 from scene_graph_ros.geometry.meshes.hull import Hull
 from scene_graph_ros.geometry.meshes.solids.half_edges import Edges, edges_of, mates_of
 from scene_graph_ros.geometry.meshes.solids.mesh_report import MeshReport
-from scene_graph_ros.geometry.meshes.solids.solid import solid_of
 from scene_graph_ros.geometry.shapes.mesh_shape import REPAIR_TOLERANCE
 from scene_graph_ros.geometry.tolerances import CONVEX_VOLUME, DEGENERATE_TRIANGLE
 
@@ -80,6 +79,9 @@ def build_surface(
         MeshError: no triangle with an area is left.
 
     """
+    # Only scenes with meshes need it.
+    from scene_graph_ros.geometry.meshes.solids.solid import solid_of
+
     solid = solid_of(vertices, triangles, repair_tolerance)
     vertices, triangles = solid.vertices, solid.triangles
     crosses = _crosses(vertices, triangles)

@@ -309,7 +309,7 @@ def test_chebyshev_centers():
         (lambda: HPolyhedron([[1.0]], [np.nan]), "HPolyhedron: b must hold finite numbers .* nan"),
         (lambda: HPolyhedron([[1.0]], [np.inf]), "leave out rows that bound nothing"),
         (lambda: HPolyhedron([[1.0]], [1.0, 2.0]), r"b must have the shape \(1,\), not \(2,\)"),
-        (lambda: HPolyhedron("rows", [1.0]), "A must be an array of numbers, not 'rows'"),
+        (lambda: HPolyhedron("rows", [1.0]), "A must be an array of numbers: 'rows'"),
         (lambda: Hyperrectangle([1.0], [0.0]), r"lb\[0\] = 1.0 must not be above ub\[0\] = 0.0"),
         (lambda: AffineSubspace([[1.0, 1.0]], [0.0]), "2 columns of basis must be linearly"),
         (lambda: VPolytope(HPolyhedron([[1.0]], [1.0])), "intersect it with a box first"),

@@ -18,11 +18,11 @@ context = graph.create_default_context()
 query = graph.query_object(context)
 assert len(query.compute_point_pair_penetration()) == 1
 context.set_configurations(source, {})
-assert context._configurations is NO_CONFIGURATIONS
+assert context._moment.configurations is NO_CONFIGURATIONS
 assert query.inspector().num_deformable_geometries() == 0
 core = "scene_graph_ros.geometry."
 late = {core + "deformable", core + "model.driven_mesh", "meshio"}
-late |= {core + f"meshes.{name}" for name in ("embedding", "box_grid", "tessellate")}
+late |= {core + f"meshes.{n}" for n in ("embedding", "box_grid", "tessellate", "solids.solid")}
 print(sorted(late & sys.modules.keys()))
 assert len(query.compute_deformable_contact()) == 0
 assert core + "deformable.query" in sys.modules

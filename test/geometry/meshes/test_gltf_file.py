@@ -49,8 +49,8 @@ def test_a_buffer_beside_the_file_is_read(write, suffix):
     """The squares, and where they are on a picture, are where the buffer says."""
     path = write(suffix=suffix)
     vertices, triangles = read_mesh(path)
-    # +Y up in the file, +Z up here: (x, y, z) -> (x, -z, y).
-    first = [(0, 0, 0), (1, 0, 0), (1, 0, 1), (0, 0, 1)]
+    # The file has (x, 0, -y), with +Y up; read as (x, y, 0), with +Z up.
+    first = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
     np.testing.assert_array_equal(vertices, [*first, *np.add(first, (1, 0, 0))])
     assert triangles.tolist() == [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]]
     square = [[(0, 0), (1, 0), (1, 1)], [(0, 0), (1, 1), (0, 1)]]
@@ -58,7 +58,7 @@ def test_a_buffer_beside_the_file_is_read(write, suffix):
 
 
 def test_proximity_of_a_mesh_with_a_buffer_beside_it(write):
-    """Of its triangles and of their hull: a point is 1/3 m before two squares in y = 0."""
+    """Of its triangles and of their hull: a point is 1/3 m above two squares."""
     path = write()
     for shape, properties in ((Mesh(path), triangles()), (Convex(path), ProximityProperties())):
         graph = SceneGraph()
@@ -66,9 +66,9 @@ def test_proximity_of_a_mesh_with_a_buffer_beside_it(write):
         instance.set_proximity_properties(properties)
         graph.register_anchored_geometry(graph.register_source("s"), instance)
         query = graph.query_object(graph.create_default_context())
-        (found,) = query.compute_signed_distance_to_point(np.array((1.25, -1 / 3, 0.5)))
+        (found,) = query.compute_signed_distance_to_point(np.array((1.25, 0.5, 1 / 3)))
         assert found.distance == pytest.approx(1 / 3, abs=1e-15)
-        np.testing.assert_allclose(found.p_GN, (1.25, 0.0, 0.5), atol=1e-15)
+        np.testing.assert_allclose(found.p_GN, (1.25, 0.5, 0.0), atol=1e-15)
 
 
 def test_buffers_in_folders_below(write, tmp_path):

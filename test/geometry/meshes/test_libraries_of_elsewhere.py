@@ -35,4 +35,4 @@ def test_libraries_beside_and_in_the_package_are_read(tmp_path):
     path.write_text(_OBJ.format(library="../materials/red.mtl"))
     look = obj_look(Mesh(path))
     assert look is not None
-    assert [each.name for each in look.libraries] == ["red.mtl"]
+    assert [path.name for path, _ in look.libraries] == ["red.mtl"]

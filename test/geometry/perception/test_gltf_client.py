@@ -123,7 +123,9 @@ def render_gltf(form):
     camera = next(node for node in tree["nodes"] if "camera" in node)
     X_WS = matrix_of(root) @ matrix_of(camera) @ np.diag([1.0, -1.0, -1.0, 1.0])
     mesh = Mesh(contents=form["scene"], file_type="gltf")
-    query = query_of([instance(mesh, np.eye(4), "all")], ExactRenderEngine())
+    # Files have +Y up by their standard, and are turned when read; a document's axes are ours.
+    to_y_up = np.array([[1.0, 0, 0, 0], [0, 0, 1.0, 0], [0, -1.0, 0, 0], [0, 0, 0, 1.0]])
+    query = query_of([instance(mesh, to_y_up, "all")], ExactRenderEngine())
     return images(query, "exact", X=X_WS)
 
 

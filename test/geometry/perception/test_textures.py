@@ -214,6 +214,10 @@ def test_where_shapes_have_the_picture(ramp, kind, shape, turned):
     assert light[shown].min() > 0.0
 
 
+TO_Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1.0, 0], [0, -1.0, 0, 0], [0, 0, 0, 1.0]])
+"""A point (x, z, -y) of a glTF file, whose +Y is up, is read as (x, y, z)."""
+
+
 def test_files_with_coordinates(tmp_path, ramp):
     """DAE, GLB and glTF files, with a transform that mirrors, show the same as OBJ."""
     import trimesh
@@ -230,6 +234,7 @@ def test_files_with_coordinates(tmp_path, ramp):
     body.apply_transform(mirror)
     body.faces = body.faces[:, ::-1]
     scene.add_geometry(body, transform=mirror)
+    scene.apply_transform(TO_Y_UP)
     (tmp_path / "square.glb").write_bytes(scene.export(file_type="glb"))
     for name, data in scene.export(file_type="gltf").items():
         (tmp_path / name).write_bytes(data)
