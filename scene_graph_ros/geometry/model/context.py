@@ -49,6 +49,12 @@ class _Moment(NamedTuple):
     configurations: Mapping[GeometryId, Configuration]
     pose_version: int
 
+    def with_poses(self, X_PF: NDArray[np.float64]) -> _Moment:
+        """Return the next moment, with poses of a new version; faster than `_replace`."""
+        layout, model_version, _, lender, configurations, _ = self
+        version = next(_pose_versions)
+        return _Moment(layout, model_version, X_PF, lender, configurations, version)
+
 
 class Context(ModelOwner):
     """A model of its own, and ``X_PF`` of every frame; frames start at the identity.
@@ -143,11 +149,11 @@ class Context(ModelOwner):
             X_PF = self._other_poses(moment, len(rows))
             found = store_poses(given, rows, X_PF)
             if found[1] == VALID:
-                self._moment = moment._replace(X_PF=X_PF, pose_version=next(_pose_versions))
+                self._moment = moment.with_poses(X_PF)
                 self._poses_are_shared = False
             return found
         # Of what nobody looks at the version comes first: the kernel writes all poses or none.
-        self._moment = moment._replace(pose_version=next(_pose_versions))
+        self._moment = moment.with_poses(moment.X_PF)
         found = store_poses(given, rows, moment.X_PF)
         if found[1] != VALID:
             self._moment = moment

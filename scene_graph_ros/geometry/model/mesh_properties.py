@@ -29,6 +29,9 @@ def mesh_meant(shape: Any, properties: ProximityProperties) -> Any:
 
     Raises PropertyError for a tolerance that is no number from 0 to LARGEST_REPAIR.
     """
+    is_mesh = isinstance(shape, MeshShape)
+    if not is_mesh and not properties.has_group(MESH_GROUP):
+        return shape
     value = properties.get_property_or_default(MESH_GROUP, REPAIR, None)
     if value is None:
         value = REPAIR_TOLERANCE
@@ -38,7 +41,7 @@ def mesh_meant(shape: Any, properties: ProximityProperties) -> Any:
             f"property ({MESH_GROUP!r}, {REPAIR!r}) must be a number from 0 to"
             f" {LARGEST_REPAIR:g}, a part of the mesh's size, not {quoted(value)}"
         )
-    if not isinstance(shape, MeshShape) or shape.repair_tolerance == tolerance:
+    if not is_mesh or shape.repair_tolerance == tolerance:
         return shape
     return shape.with_repair_tolerance(tolerance)
 
@@ -59,7 +62,7 @@ def solid_is_required(properties: ProximityProperties) -> bool:
 
 def check_solid(shape: Any, properties: ProximityProperties, name: str) -> None:
     """Refuse, by MeshError, a Mesh that must be a solid and is none, with the report's reason."""
-    if not solid_is_required(properties):
+    if not properties.has_group(MESH_GROUP) or not solid_is_required(properties):
         return
     if not isinstance(shape, MeshShape) or shape.kind != ShapeKind.MESH:
         return

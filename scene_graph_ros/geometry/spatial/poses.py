@@ -94,8 +94,11 @@ def to_pose_array(X: Any, name: str) -> Poses:
         raise InvalidPoseError(
             f"pose {name} must be (4, 4) or (n, 4, 4), not {given.shape}: {_quote(given)}"
         )
-    with np.errstate(over="ignore"):  # a larger float than float64 has is infinite, and refused
-        array = np.ascontiguousarray(given, dtype=np.float64)
+    if given.dtype is _FLOAT64:
+        array = np.ascontiguousarray(given)
+    else:
+        with np.errstate(over="ignore"):  # a float beyond float64 is infinite, and refused
+            array = np.ascontiguousarray(given, dtype=np.float64)
     # A read-only array is another type to numba: without the copy it would compile a second time.
     return array if array.flags.writeable else array.copy()
 
