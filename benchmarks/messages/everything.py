@@ -131,8 +131,9 @@ def _watch(
         arrivals, listener.arrivals = listener.arrivals, []
         latencies = []
         for stamp, arrival in arrivals:
-            # Contacts are published again while nothing moves: the first of a stamp counts.
-            if stamp not in seen:
+            # Contacts are published again while nothing moves: the first of a stamp counts. Before
+            # the first pose there is no stamp.
+            if stamp and stamp not in seen:
                 seen[stamp] = arrival
                 latencies.append((arrival - stamp) * 1e-6)
         for stamp in list(seen)[:-1000]:
@@ -195,7 +196,7 @@ def draw(pieces: list[Piece], path: Path) -> None:
     minutes = [piece.seconds / 60.0 for piece in pieces]
     rates.plot(minutes, [piece.contacts_per_second for piece in pieces])
     rates.set_ylabel("contacts/s")
-    rates.set_ylim(bottom=0.0)
+    rates.set_ylim(0.0, 1.1 * max(piece.contacts_per_second for piece in pieces))
     for field, name in (
         ("median_ms", "median"),
         ("worst_of_100_ms", "99 %"),
@@ -207,7 +208,7 @@ def draw(pieces: list[Piece], path: Path) -> None:
     times.legend()
     memory.plot(minutes, [piece.memory_mb for piece in pieces])
     memory.set_ylabel("memory (MB)")
-    memory.set_ylim(bottom=0.0)
+    memory.set_ylim(0.0, 1.1 * max(piece.memory_mb for piece in pieces))
     memory.set_xlabel("minutes")
     came = next((piece.seconds / 60.0 for piece in pieces if piece.has_clients), None)
     for axes in (rates, times, memory):
