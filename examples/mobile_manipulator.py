@@ -50,7 +50,7 @@ def between(ends: dict[str, tuple[float, float]], s: float) -> dict[str, float]:
 
 
 def base_at(s: float) -> tuple[float, float]:
-    """Return how far the base has come, m, and how it is turned, rad."""
+    """Return the distance (m) and the angle (rad) that the base has moved by."""
     return WAY * s, 0.3 * math.sin(2.0 * math.pi * s)
 
 
@@ -135,7 +135,7 @@ class Tiago:
 
 
 def expected_hand(text: str) -> np.ndarray:
-    """Return where the hand is at the end, p_WH, by the description alone."""
+    """Return the hand's position at the end, p_WH, by the description alone."""
     from scene_graph_ros.scene_files import Kinematics, load_urdf
 
     kinematics = Kinematics(load_urdf(text), links=(HAND,))

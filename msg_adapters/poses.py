@@ -215,7 +215,7 @@ def meant_name(name: str) -> str:
 def _said_twice(
     names: Sequence[str], values: Sequence[Any], noun: str
 ) -> tuple[list[int], list[RefusedPose]]:
-    """Return which entries count, where names come more than once, and what is refused.
+    """Return the entries that count where names repeat, and the refused names.
 
     Of entries that say the same of a name the first counts; none where they do not.
     """

@@ -235,7 +235,7 @@ def _mesh_notes(report: Report, scene_graph: SceneGraph) -> list[str]:
 
 
 def _kind(path: Path, label: str) -> tuple[str, YamlDocument | None]:
-    """Tell what a file is.
+    """Return the kind of a file.
 
     It is a "mesh" by its name, and by its content "scene", "parameters", "URDF" or "SRDF".
     """
