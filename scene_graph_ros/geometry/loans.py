@@ -13,16 +13,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 import threading
-from typing import Any
+from typing import Any, Generic, TypeVar
 import weakref
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Block", "Lender", "Loan"]
+__all__ = ["Block", "Lender", "Loan", "RoomLender"]
+
+Arrays = TypeVar("Arrays", bound=tuple[NDArray[Any], ...])
 
 _KEPT = 2
 """The last array is often dropped only after the next one has come."""
+_WASTE = 2
+"""How many times as large as needed kept memory may be."""
 
 
 class Block(np.ndarray):
@@ -80,3 +84,42 @@ class Lender:
             begin(result)
             self._loans = [*self._loans[1 - _KEPT :], loan]
             return result
+
+
+class RoomLender(Generic[Arrays]):
+    """Lends arrays with room for a number of rows that differs from time to time.
+
+    Any thread may ask.
+    """
+
+    __slots__ = ("_known", "_least", "_lock", "_most", "_new")
+
+    def __init__(
+        self, new: Callable[[int, type[np.ndarray[Any, Any]]], Arrays], least: int, most: int
+    ) -> None:
+        """Take the maker of arrays, and the numbers of rows between which memory is kept.
+
+        ``new`` makes arrays of a class with room for a number of rows.
+        """
+        self._new, self._least, self._most = new, least, most
+        self._known: list[tuple[int, tuple[Loan, ...]]] = []
+        """For how many rows there is room in each."""
+        self._lock = threading.RLock()
+
+    def take(self, count: int) -> Arrays:
+        """Return arrays with room for ``count`` rows or more, of memory that nobody looks at."""
+        if not self._least <= count <= self._most:
+            return self._new(count, np.ndarray)
+        with self._lock:
+            loans = self._free(count)
+            if loans is None:
+                new = self._new(count, Block)
+                loans = tuple(Loan(array) for array in new)
+                self._known = [*self._known[1 - _KEPT :], (count, loans)]
+            return tuple(loan.lend() for loan in loans)  # type: ignore[return-value]
+
+    def _free(self, count: int) -> tuple[Loan, ...] | None:
+        for room, loans in self._known:
+            if count <= room <= _WASTE * count and all(loan.is_over() for loan in loans):
+                return loans
+        return None

@@ -36,6 +36,7 @@ from scene_graph_ros.geometry.hydroelastic.placing import (
     END,
     FLIPPED,
     FRAME,
+    new_surface_memory,
     place_polygons,
     ROW_M,
     ROW_N,
@@ -162,6 +163,7 @@ def _twice(old: NDArray[Any], kept: int) -> NDArray[Any]:
 
 
 _kept = _Scratch()
+_answers = new_surface_memory()
 _lock = threading.Lock()
 
 
@@ -206,6 +208,6 @@ def _solve(
     work = scratch.work
     found = work.counts[SURFACES]
     arrays = place_polygons(
-        table.margin, X_WG, surfaces[:found], work.polygons, work.labels, triangles
+        table.margin, X_WG, surfaces[:found], work.polygons, work.labels, triangles, _answers
     )
     return Patches(arrays, table.gradients, X_WG[surfaces[:found, :2]])

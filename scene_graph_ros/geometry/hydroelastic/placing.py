@@ -18,6 +18,7 @@ from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.cutting.clip import clip_by_values
 from scene_graph_ros.geometry.cutting.polygons import POLYGON_CORNERS
 from scene_graph_ros.geometry.hydroelastic.clipping import AREA, CENTROID, FIELD, NORMAL
+from scene_graph_ros.geometry.loans import RoomLender
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
     axpy,
@@ -40,7 +41,9 @@ __all__ = [
     "ROW_M",
     "ROW_N",
     "SURFACE_WIDTH",
+    "SurfaceMemory",
     "integrate_pressure",
+    "new_surface_memory",
     "place_polygons",
     "pressed",
     "world_gradients",
@@ -50,6 +53,10 @@ ROW_M, ROW_N, FRAME, FLIPPED, BEGIN, END = 0, 1, 2, 3, 4, 5
 """Columns of a surface: its rows, the row in whose frame the polygons are, whether the first body
 is N instead of M, and which polygons it has."""
 SURFACE_WIDTH = 6
+
+_LEAST, _MOST = 1 << 14, 1 << 23
+"""Doubles of an answer between which its memory is kept: less is not cleared by the system each
+time, and the memory of more is given back to it."""
 
 
 @lean_kernel
@@ -278,6 +285,40 @@ def _sizes(surfaces, labels, triangles):
     return v, f
 
 
+SurfaceMemory = RoomLender[tuple[NDArray[np.float64]]]
+"""Memory of the columns of vertices and faces, all in one array."""
+
+
+def new_surface_memory() -> SurfaceMemory:
+    """Return memory that is lent again when nobody looks at the surfaces in it any more."""
+    return RoomLender(lambda count, memory: (memory(count),), _LEAST, _MOST)
+
+
+def _new_columns(s: int, v: int, f: int, triangles: bool, memory: SurfaceMemory) -> _Columns:
+    """Return the columns of s surfaces with v vertices and f faces, with nothing in them."""
+    widths = (3, 1), (3 if triangles else 1, 3, 1, 3, 1, 2)
+    (room,) = memory.take(v * sum(widths[0]) + f * sum(widths[1]))
+    parts, end = [], 0
+    for rows, of_rows in zip((v, f), widths, strict=True):
+        for width in of_rows:
+            begin, end = end, end + rows * width
+            parts.append(room[begin:end])
+    vertices, pressure, corners, normals, areas, centroids, pressures, elements = parts
+    return _Columns(
+        np.empty((s, 10)),
+        np.empty(s + 1, np.int64),
+        np.empty(s + 1, np.int64),
+        vertices.reshape(v, 3),
+        pressure,
+        corners.view(np.int64).reshape(f, widths[1][0]),
+        normals.reshape(f, 3),
+        areas,
+        centroids.reshape(f, 3),
+        pressures,
+        elements.view(np.int64).reshape(f, 2),
+    )
+
+
 def place_polygons(
     margin: NDArray[np.float64],
     X_WG: NDArray[np.float64],
@@ -285,6 +326,7 @@ def place_polygons(
     polygons: NDArray[np.float64],
     labels: NDArray[np.int64],
     triangles: bool,
+    memory: SurfaceMemory,
 ) -> tuple[NDArray[Any], ...]:
     """Return the columns of ``Patches``.
 
@@ -295,23 +337,11 @@ def place_polygons(
         polygons: rows as in ``clipping``.
         labels: theirs, as there.
         triangles: whether to divide them.
+        memory: for the columns of vertices and faces.
 
     """
-    s = len(surfaces)
     v, f = _sizes(surfaces, labels, triangles)
-    columns = _Columns(
-        np.empty((s, 10)),
-        np.empty(s + 1, np.int64),
-        np.empty(s + 1, np.int64),
-        np.empty((v, 3)),
-        np.empty(v),
-        np.empty((f, 3 if triangles else 1), np.int64),
-        np.empty((f, 3)),
-        np.empty(f),
-        np.empty((f, 3)),
-        np.empty(f),
-        np.empty((f, 2), np.int64),
-    )
+    columns = _new_columns(len(surfaces), v, f, triangles, memory)
     scratch = _Scratch(
         np.empty((POLYGON_CORNERS, 3)),
         np.empty(POLYGON_CORNERS),
