@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.quoting import quoted
 
-__all__ = ["is_masked", "real_array"]
+__all__ = ["real_array"]
 
 _FLOAT64 = np.dtype(np.float64)
 
@@ -44,14 +44,5 @@ def _is_real(given: NDArray[Any]) -> bool:
     return given.dtype.kind in "fiub"
 
 
-def is_masked(value: Any) -> bool:
-    """Tell whether a value is an array with masked entries; imports `numpy.ma` for subclasses."""
-    return (
-        isinstance(value, np.ndarray)
-        and type(value) is not np.ndarray
-        and bool(np.ma.is_masked(value))
-    )
-
-
 def _masked(given: NDArray[Any]) -> str:
-    return " with masked entries" if is_masked(given) else ""
+    return " with masked entries" if np.ma.is_masked(given) else ""

@@ -229,6 +229,16 @@ class KernelCache(caching.FunctionCache):
         except (OSError, RuntimeError) as error:
             _warn_of(error)
 
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Load machine code, or return None and have numba ready to compile.
+
+        Numba's own would have it ready in any case.
+        """
+        found = self._load_overload(sig, target_context)
+        if found is None:
+            target_context.refresh()
+        return found
+
     def _load_overload(self, sig: Any, target_context: Any) -> Any:
         """Load machine code, or return None where there is none that can be read."""
         found = self._load_packed(sig, target_context)

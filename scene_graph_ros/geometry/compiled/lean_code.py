@@ -16,6 +16,7 @@ import llvmlite.binding
 from numba.core import event
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompileResult
+from numba.core.runtime import rtsys
 
 __all__ = ["Bitcode", "LeanCode", "lean_code", "make_linkable", "no_bitcode", "rebuild"]
 
@@ -38,12 +39,31 @@ def lean_code(reduced: tuple[Any, ...]) -> tuple[LeanCode, bytes]:
     return {
         "name": name,
         "machine_code": machine_code,
+        "symbols": _symbols_of_others(llvmlite.binding.parse_bitcode(bitcode)),
         "fndesc": fndesc,
         "environment": environment,
         "signature": signature,
         "reload_init": reload_init,
         "referenced_envs": referenced_envs,
     }, bitcode
+
+
+def _symbols_of_others(module: Any) -> list[str]:
+    """Name the functions and variables that code asks for and does not define."""
+    named = (*module.functions, *module.global_variables)
+    names = {each.name for each in named if each.is_declaration}
+    return sorted(name for name in names if not name.startswith("llvm."))
+
+
+def _prepare(target_context: Any, symbols: list[str]) -> None:
+    """Have all that a kernel's code asks for in this process.
+
+    To compile, numba first imports and registers all that it has, which takes longer than all
+    else of a first answer; code that is loaded hardly ever needs more than its memory manager.
+    """
+    rtsys.initialize(target_context)
+    if not all(map(llvmlite.binding.address_of_symbol, symbols)):
+        target_context.refresh()
 
 
 class _LeanLibrary(JITCodeLibrary):
@@ -76,6 +96,7 @@ def rebuild(target_context: Any, kept: LeanCode, bitcode: Bitcode) -> CompileRes
 
     Raises whatever numba and LLVM raise for what is no such code.
     """
+    _prepare(target_context, kept["symbols"])
     for initialize in kept["reload_init"]:
         initialize()
     library = _LeanLibrary(target_context.codegen(), kept, bitcode)

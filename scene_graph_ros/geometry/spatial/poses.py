@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.errors import InvalidPoseError
 from scene_graph_ros.geometry.quoting import quoted
-from scene_graph_ros.geometry.real_arrays import is_masked, real_array
+from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.geometry.spatial import pose_kernels as kernels
 from scene_graph_ros.geometry.spatial.quaternion_kernels import (
     poses_from_quaternions_kernel,
@@ -85,7 +85,7 @@ def to_pose_array(X: Any, name: str) -> Poses:
         given = np.asarray(X)
     except ValueError as error:
         raise InvalidPoseError(f"pose {name} is not an array of numbers: {quoted(X)}") from error
-    if given.dtype.kind not in "fiu" or is_masked(X):
+    if given.dtype.kind not in "fiu" or np.ma.is_masked(X):
         raise InvalidPoseError(
             f"pose {name} is not an array of real numbers, but of {given.dtype}, shape"
             f" {given.shape}: {quoted(X)}"

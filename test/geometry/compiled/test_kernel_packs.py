@@ -274,6 +274,15 @@ def test_a_user_of_an_installation_compiles_and_writes_nothing(installation):
     assert not installation.cache.exists()
 
 
+def test_kernels_that_are_loaded_have_numba_register_nothing(installation):
+    """That is for compiling, and takes longer than all else of a first answer."""
+    is_there = "import sys; print('numba.np.linalg' in sys.modules)"
+    assert installation.run(f"{_ASK}{is_there}").split() == [f"{_RIGHT}|0", "False"]
+    (pack,) = installation.root.rglob("*.pack")
+    pack.unlink()
+    assert installation.run(f"{_ASK}{is_there}").split()[1] == "True"
+
+
 def test_a_users_kernel_on_top_of_packed_ones_compiles_and_is_right(installation):
     """The kernels below are compiled for it, once; calls from Python go on with packed ones."""
     for _ in range(2):
