@@ -37,7 +37,7 @@ ENDLESS := --timeout 0 -o faulthandler_timeout=0
 IN_FILES := --dist loadfile --no-loadscope-reorder --max-worker-restart 0 --durations=25
 
 .PHONY: help setup all-kernels environment demo test lint format test-uncompiled test-ros \
-  test-core search fuzz soak workspace docs peers bench accuracy lock clean
+  test-core search fuzz soak workspace wheels same-everywhere docs peers bench accuracy lock clean
 .DEFAULT_GOAL := help
 
 help:  ## list the commands
@@ -127,6 +127,12 @@ workspace: environment  ## build both packages with colcon, and use what is inst
 	@$(BOOTSTRAP) --workspace
 	@$(RUN) -m tools.workspace
 
+wheels:  ## write wheels with kernels and messages to dist; PYTHONS="3.11 3.12" for a folder each
+	@$(or $(PYTHON),$(BOOTSTRAP)) -m tools.wheels $(PYTHONS)
+
+same-everywhere: all-kernels  ## ask the same as on other processors: three baselines, BLAS's and NumPy's kernels
+	@$(RUN) -m tools.same_everywhere
+
 docs: environment  ## write the pages and an API reference to build/docs, as files for a browser
 	@$(BOOTSTRAP) --docs
 	@$(RUN) -m tools.site
@@ -169,4 +175,4 @@ lock:  ## write requirements/locked: every package to install, with hashes
 	rm -r .venv-lock
 
 clean:  ## remove what the commands made
-	rm -rf .venv .venv-core build install log .pytest_cache .mypy_cache .ruff_cache
+	rm -rf .venv .venv-core build dist install log .pytest_cache .mypy_cache .ruff_cache

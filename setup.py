@@ -1,5 +1,6 @@
 """Installation of the ament_python package, as `colcon build` runs it."""
 
+from importlib.metadata import version
 from pathlib import Path
 
 from setuptools import find_packages, setup
@@ -17,6 +18,9 @@ def shared(folder: str) -> list[tuple[str, list[str]]]:
     ]
 
 
+# A wheel that brings kernels along is for the numba that compiled them.
+HAS_KERNELS = any(Path(NAME, "kernels").glob("*.pack"))
+
 setup(
     name=NAME,
     version="0.1.0",
@@ -27,7 +31,7 @@ setup(
     # Two packages, named explicitly: tests and tools are not installed.
     packages=find_packages(include=[NAME, f"{NAME}.*", "msg_adapters", "msg_adapters.*"]),
     package_data={
-        NAME: ["py.typed"],
+        NAME: ["py.typed", "kernels/*.pack"],
         f"{NAME}.node": ["*.xml"],
         f"{NAME}.views.browser": ["page/*"],
     },
@@ -42,7 +46,7 @@ setup(
         "setuptools",
         "manifold3d",
         "meshio",
-        "numba",
+        f"numba=={version('numba')}" if HAS_KERNELS else "numba",
         "numpy",
         "pycollada",
         "pydantic>=2",
@@ -60,6 +64,14 @@ setup(
         "ompl": ["ompl"],
         "optimal-control": ["casadi"],
         "recording": ["rosbags"],
+        # To run the node where ROS comes as wheels.
+        "ros": [
+            "ros-common-interfaces==5.3.6",
+            "ros-domain-coordinator==0.12.0",
+            "ros-lifecycle-msgs==2.0.3",
+            "ros-rclpy==7.1.6",
+            "ros-rmw-fastrtps-cpp==8.4.3",
+        ],
         "ruckig": ["ruckig"],
         "scs": ["scs"],
         "test": ["hypothesis", "pytest"],

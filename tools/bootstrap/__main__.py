@@ -156,6 +156,9 @@ def _main() -> int:
     choice.add_argument(
         "--for-tests", action="store_true", help="all kernels, and .venv-core beside"
     )
+    parser.add_argument(
+        "--venv", type=Path, default=_ROOT / ".venv", help="another environment than .venv"
+    )
     arguments = parser.parse_args()
     start = time.monotonic()
     lock = os.open(_ROOT, os.O_RDONLY)
@@ -177,7 +180,7 @@ def _main() -> int:
             kernels = () if arguments.without_kernels else ("main",)
             core = functools.partial(_set_up_core, _ROOT / ".venv-core")
             _set_up_project(
-                _ROOT / ".venv",
+                arguments.venv,
                 (*kernels, "all") if arguments.all_kernels or arguments.for_tests else kernels,
                 *[core] * arguments.for_tests,
             )

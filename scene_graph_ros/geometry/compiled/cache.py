@@ -4,12 +4,15 @@ Numba's own cache does not notice when a helper in *another* file changes, nor a
 ``NUMBA_BOUNDSCHECK``; it is bound to the path of the sources, and where its folder can't be
 written it writes beside the sources. Here the kernels of a module are kept in a folder whose name
 is a digest of its source, of the sources of all modules of ours that it imports, of this
-folder's, of numba's version and of the flags. So a stale kernel can't be loaded, a copied or
-moved installation finds its kernels, and a change of one file compiles only what depends on it.
-This folder counts for all, since a kernel may be called with lanes that its module does not
-import; of named tuples the fields are part of what a kernel is kept by. Where the cache can't be
-written, or others may write to it, kernels are compiled anew in each process, and what is damaged
-in it is compiled anew once, with one warning.
+folder's as far as they decide machine code, of numba's version and of the flags. So a stale
+kernel can't be loaded, a copied or moved installation finds its kernels, and a change of one file
+compiles only what depends on it. This folder counts for all, since a kernel may be called with
+lanes that its module does not import; of named tuples the fields are part of what a kernel is
+kept by.
+
+An installation may bring kernels along (`kernel_packs`); what is not there comes from the user's
+cache. Where that can't be written, or others may write to it, kernels are compiled anew in each
+process, and what is damaged in it is compiled anew once, with one warning.
 
 Set ``SCENE_GRAPH_ROS_KERNEL_CACHE`` to place the cache elsewhere than the user's cache folder.
 """
@@ -18,23 +21,31 @@ from __future__ import annotations
 
 import functools
 import hashlib
+import inspect
 import os
 from pathlib import Path
-import re
-import sys
 import tempfile
 from typing import Any
 import warnings
 
-import numba
 from numba.core import caching, serialize, sigutils
-import numba.core.config as numba_config
 from numba.core.types import containers
 
+from scene_graph_ros.geometry.compiled import kernel_packs
 from scene_graph_ros.geometry.compiled.kernel_files import (
     KernelFiles,
     make_folder,
     why_not_trusted,
+)
+from scene_graph_ros.geometry.compiled.kernel_packs import Pack, PackError
+from scene_graph_ros.geometry.compiled.lean_code import lean_code, no_bitcode, rebuild
+from scene_graph_ros.geometry.compiled.sources import (
+    digest_of_everything,
+    files_of,
+    FLAGS,
+    folder_of,
+    IMPORTED,
+    is_of_package,
 )
 
 __all__ = [
@@ -44,27 +55,10 @@ __all__ = [
     "cache_problem",
     "cache_root",
     "digest_of_everything",
+    "folder_of",
     "name_by_what_it_holds",
+    "packed_groups",
 ]
-
-# Flags that are not given are inherited from the caller that happens to trigger the compilation,
-# so all that matter are given.
-FLAGS: dict[str, Any] = {
-    "nogil": True,
-    "error_model": "numpy",
-    "fastmath": False,
-    "forceinline": False,
-    "_nrt": True,
-    # Nobody passes kernels to C, so nobody needs their entry points for it.
-    "no_cfunc_wrapper": True,
-}
-_PACKAGE = "scene_graph_ros"
-_PACKAGE_FOLDER = Path(__file__).parents[2]
-_WITH_KERNELS = ("convex", "geometry", "planning", "robots", "trajectories", "warmup")
-"""Folders of the package in which kernels are, and what says which of them belong together."""
-_IMPORT = re.compile(
-    rf"^\s*(?:from|import)\s+({re.escape(_PACKAGE)}[\w.]*)(?:\s+import\s+(\([^)]*\)|.*))?", re.M
-)
 
 
 class KernelCacheWarning(UserWarning):
@@ -108,13 +102,20 @@ def _why_not_trusted(*folders: Path) -> str:
     return ""
 
 
-def digest_of_everything() -> str:
-    """Hash all sources with kernels: while it is the same, so is every cached kernel."""
-    digest = hashlib.blake2b(_environment(), digest_size=8)
-    for folder in _WITH_KERNELS:
-        for path in sorted((_PACKAGE_FOLDER / folder).rglob("*.py")):
-            digest.update(path.read_bytes())
-    return digest.hexdigest()
+def packed_groups() -> dict[str, str]:
+    """Return the groups of kernels that the installation brings along, with their digests."""
+    pack = _pack()
+    return {} if pack is None else dict(pack.groups())
+
+
+@functools.cache
+def _pack() -> Pack | None:
+    """Return the installation's pack of kernels, None where there is none that fits."""
+    try:
+        return kernel_packs.open_pack(kernel_packs.FOLDER)
+    except (PackError, OSError) as error:
+        _warn_once(str(error))
+        return None
 
 
 class _Locator(caching._SourceFileBackedLocatorMixin, caching._CacheLocator):
@@ -122,8 +123,8 @@ class _Locator(caching._SourceFileBackedLocatorMixin, caching._CacheLocator):
 
     def __init__(self, function: Any, file: str) -> None:
         self._py_file, self._lineno = file, function.__code__.co_firstlineno
-        folder = _digest(function.__module__)
-        if not _source(function.__module__):
+        folder = folder_of(function.__module__)
+        if not is_of_package(function.__module__):
             # Not this package's, so the digest says nothing of it.
             folder = str(Path("others", folder) / self.get_suitable_cache_subpath(file))
         self._folder = folder
@@ -174,7 +175,7 @@ def _held_by(function: Any) -> list[Any]:
             held.append(hashlib.blake2b(serialize.dumps(value)).hexdigest())
         else:
             module, name = made_of.__module__, made_of.__qualname__
-            held.append((module, name, _digest(module), _held_by(made_of)))
+            held.append((module, name, folder_of(module), _held_by(made_of)))
     return held
 
 
@@ -184,6 +185,8 @@ def name_by_what_it_holds(function: Any) -> None:
     The name is that of its machine code, in which a number tells functions of one name apart. Two
     processes may give the same number to two of them, and a third loads both.
     """
+    # Numba asks for it three times.
+    function.__signature__ = inspect.signature(function)
     if function.__closure__:
         held = repr(_held_by(function)).encode()
         function.__qualname__ += f"_{hashlib.blake2b(held, digest_size=8).hexdigest()}"
@@ -196,26 +199,88 @@ class KernelCache(caching.FunctionCache):
         _locator_classes = (_Locator,)
 
     def __init__(self, function: Any) -> None:
-        super().__init__(function)
-        self._cache_file = KernelFiles(
-            self._cache_path, self._impl.filename_base, self._impl.locator.get_source_stamp()
-        )
+        """Look for nothing before a kernel is asked for: a process declares far more than it runs.
+
+        Not numba's own, which would.
+        """
+        self._name, self._py_func = repr(function), function
+        self.enable()
+
+    @functools.cached_property
+    def _impl(self) -> Any:
+        return self._impl_class(self._py_func)
+
+    @functools.cached_property
+    def _cache_path(self) -> Any:
+        return self._impl.locator.get_cache_path()
+
+    @functools.cached_property
+    def _cache_file(self) -> Any:
+        stamp = self._impl.locator.get_source_stamp()
+        return KernelFiles(self._cache_path, self._impl.filename_base, stamp)
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep machine code; where that can't be done, say so once and go on without."""
         try:
             self._impl.locator.ensure_cache_path()
-            if self._is_trusted():
-                super().save_overload(sig, data)
+            if self._is_trusted() and self._impl.check_cachable(data):
+                key = (*self._key(sig), data.codegen.magic_tuple())
+                self._cache_file.save(key, *lean_code(self._impl.reduce(data)))
         except (OSError, RuntimeError) as error:
             _warn_of(error)
 
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Load machine code, or return None and have numba ready to compile.
+
+        Numba's own would have it ready in any case.
+        """
+        found = self._load_overload(sig, target_context)
+        if found is None:
+            target_context.refresh()
+        return found
+
     def _load_overload(self, sig: Any, target_context: Any) -> Any:
         """Load machine code, or return None where there is none that can be read."""
-        key = self._index_key(sig, target_context.codegen())
+        found = self._load_packed(sig, target_context)
+        return self.load_linkable(sig, target_context) if found is None else found
+
+    def _load_packed(self, sig: Any, target_context: Any) -> Any:
+        """Load what the installation brings along; None where that can't be."""
+        pack = _pack()
+        module = self._py_func.__module__
+        if pack is None or pack.is_damaged or not is_of_package(module):
+            return None
+        folder = folder_of(module)
+        if pack.is_of_other_sources(module, folder):
+            _warn_once(
+                f"{module} is not as it was installed, so its kernels are not used: "
+                "`pip install --force-reinstall` puts it right"
+            )
+            return None
+        try:
+            data = pack.find(folder, self._impl.filename_base, self._key(sig))
+            return None if data is None else rebuild(target_context, data, no_bitcode)
+        except PackError as error:
+            _warn_once(str(error))
+        return None
+
+    def load_linkable(self, sig: Any, target_context: Any) -> Any:
+        """Load what is kept in the user's cache, which callers can be compiled with, or None."""
+        key = (*self._key(sig), target_context.codegen().magic_tuple())
         try:
             data = self._cache_file.load(key) if self._is_trusted() else None
-            return None if data is None else self._impl.rebuild(target_context, data)
+            if data is None:
+                return None
+            return rebuild(target_context, data, functools.partial(self._load_bitcode, key))
+        except OSError as error:
+            _warn_of(error)
+        except Exception:  # noqa: BLE001 - what is damaged may raise anything
+            self._discard(key)
+        return None
+
+    def _load_bitcode(self, key: Any) -> bytes | None:
+        try:
+            return self._cache_file.load_beside(key)
         except OSError as error:
             _warn_of(error)
         except Exception:  # noqa: BLE001 - what is damaged may raise anything
@@ -231,9 +296,10 @@ class KernelCache(caching.FunctionCache):
             _warn_of(error)
 
     def _is_trusted(self) -> bool:
-        """Tell whether nobody else can have written what is in the folder; warn if not."""
+        """Tell whether what is in the folder is the user's, and of these sources; warn if not."""
         try:
             problem = _why_not_trusted(cache_root(), Path(self._cache_path))
+            problem = problem or _why_not_current(self._py_func)
         except RuntimeError as error:  # there is no home folder
             _warn_of(error)
             return False
@@ -241,11 +307,23 @@ class KernelCache(caching.FunctionCache):
             _warn_once(problem)
         return not problem
 
-    def _index_key(self, sig: Any, codegen: Any) -> Any:
+    def _key(self, sig: Any) -> Any:
+        """Return what one of the function's kernels is told by, beside the processor."""
         arguments, _ = sigutils.normalize_signature(sig)
         code = hashlib.sha256(self._py_func.__code__.co_code).hexdigest()
         held = repr(_held_by(self._py_func))
-        return (sig, codegen.magic_tuple(), code, held, repr(_fields(arguments)))
+        return (sig, code, held, repr(_fields(arguments)))
+
+
+def _why_not_current(function: Any) -> str:
+    """Say which source of a kernel may be another than the one that this process imported.
+
+    Folders are named by sources as they are when a kernel is first asked for.
+    """
+    for path in {Path(function.__code__.co_filename), *files_of(function.__module__)}:
+        if path.exists() and path.stat().st_ctime > IMPORTED:
+            return f"{path} was changed while this process runs, so its kernels are not kept"
+    return ""
 
 
 def _warn_of(error: Exception) -> None:
@@ -259,49 +337,3 @@ def _warn_once(problem: str) -> None:
     warnings.warn(
         f"{problem}; they are compiled anew, which takes minutes", KernelCacheWarning, stacklevel=2
     )
-
-
-@functools.cache
-def _source(name: str) -> bytes:
-    """Return the source of one of the package's modules, nothing for what is none of them."""
-    if not f"{name}.".startswith(f"{_PACKAGE}."):
-        return b""
-    base = _PACKAGE_FOLDER.joinpath(*name.split(".")[len(_PACKAGE.split(".")) :])
-    for candidate in (base.with_suffix(".py"), base / "__init__.py"):
-        if candidate.is_file():
-            return candidate.read_bytes()
-    return b""
-
-
-@functools.cache
-def _imported_modules(name: str) -> frozenset[str]:
-    """Name the package's modules that the source of module ``name`` imports."""
-    found = set()
-    for module, names in _IMPORT.findall(_source(name).decode()):
-        found.add(module)
-        found.update(f"{module}.{part}" for part in re.findall(r"\w+", names))
-    return frozenset(module for module in found if _source(module))
-
-
-@functools.cache
-def _digest(module: str) -> str:
-    """Hash what decides the machine code of a module's kernels: sources, versions and flags."""
-    here = __name__.rpartition(".")[0]
-    closure = {f"{here}.{file.stem}" for file in Path(__file__).parent.glob("*.py")}
-    pending = {module} | set().union(*map(_imported_modules, closure)) - closure
-    while pending:
-        name = pending.pop()
-        closure.add(name)
-        pending |= _imported_modules(name) - closure
-    digest = hashlib.blake2b(digest_size=8)
-    for name in sorted(closure):
-        digest.update(name.encode())
-        digest.update(_source(name))
-    digest.update(_environment())
-    return digest.hexdigest()
-
-
-def _environment() -> bytes:
-    versions = (numba.__version__, sys.version_info[:3])
-    flags = (bool(numba_config.BOUNDSCHECK), sorted(FLAGS.items()))
-    return repr((*versions, *flags)).encode()

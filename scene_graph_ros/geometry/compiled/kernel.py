@@ -14,6 +14,7 @@ from scene_graph_ros.geometry.compiled.cache import (
     KernelCache,
     name_by_what_it_holds,
 )
+from scene_graph_ros.geometry.compiled.lean_code import make_linkable
 from scene_graph_ros.geometry.compiled.signal_shield import shielded
 
 __all__ = [
@@ -28,19 +29,22 @@ __all__ = [
 _dispatchers: list[Any] = []
 
 
-def _forget_literals(dispatcher: Any) -> None:
+def _prepare_for_callers(dispatcher: Any) -> None:
     """Make calls from other kernels compile for the types of constants, not for their values.
 
     Numba compiles a callee anew for every literal it is called with; the optimizer propagates
-    constants into what it inlines in any case, so that costs minutes and gains nothing.
+    constants into what it inlines in any case, so that costs minutes and gains nothing. What was
+    loaded without what callers are compiled with gets that first.
     """
     resolve = dispatcher.get_call_template
 
     def get_call_template(args: Any, kws: Any) -> Any:
-        return resolve(
+        found = resolve(
             tuple(types.unliteral(arg) for arg in args),
             {name: types.unliteral(arg) for name, arg in dict(kws).items()},
         )
+        make_linkable(dispatcher, tuple(found[2]))
+        return found
 
     dispatcher.get_call_template = get_call_template
 
@@ -86,7 +90,7 @@ def _compiled(function: Callable[..., Any], flags: dict[str, Any]) -> Any:
         return function
     name_by_what_it_holds(function)
     dispatcher = numba.njit(**flags)(function)
-    _forget_literals(dispatcher)
+    _prepare_for_callers(dispatcher)
     dispatcher._cache = KernelCache(function)  # as numba's enable_caching, with a cache of ours
     dispatcher.compile = shielded(dispatcher.compile)
     _dispatchers.append(dispatcher)

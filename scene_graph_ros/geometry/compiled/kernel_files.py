@@ -45,12 +45,16 @@ def make_folder(root: Path, folder: Path) -> None:
 class KernelFiles:
     """The files of one function: an index that leads from types to files of machine code.
 
-    Each key of the index is pickled for itself: types of one module that is no more, or that only
-    another checkout has, would make all of it unreadable otherwise.
+    Beside a file of machine code (``.nbc``) is one that is read less often (``.nbb``). Each key
+    of the index is pickled for itself: types of one module that is no more, or that only another
+    checkout has, would make all of it unreadable otherwise.
     """
 
-    def __init__(self, folder: str, base: str, stamp: str) -> None:
-        """Read and write files of names that begin with ``base``; ``stamp`` is the source's."""
+    def __init__(self, folder: str, base: str, stamp: Any) -> None:
+        """Read and write files of names that begin with ``base``.
+
+        ``stamp`` is the source's; None reads what is there whatever its source.
+        """
         self._folder, self._base, self._stamp = Path(folder), base, stamp
         self._index = self._folder / f"{base}.nbi"
 
@@ -61,67 +65,84 @@ class KernelFiles:
         whatever unpickling raises.
         """
         try:
-            name = self._names().get(key)
-            return None if name is None else pickle.loads(self._data(name))  # noqa: S301 - checked
+            names = self._names().get(key)
+            return None if names is None else pickle.loads(self._data(names[0]))  # noqa: S301
+        except FileNotFoundError:
+            return None
+
+    def load_beside(self, key: Any) -> bytes | None:
+        """Return the bytes that are kept beside what `load` returns; raises as `load` does."""
+        try:
+            names = self._names().get(key)
+            return None if names is None else self._data(names[1])
         except FileNotFoundError:
             return None
 
     def discard(self, key: Any) -> None:
         """Remove the entry of a key that could not be loaded, or the index if it can't be read."""
         try:
-            name = self._names().get(key)
-            path = None if name is None else self._folder / name
+            names = self._names().get(key, ())
+            paths = [self._folder / name for name in names]
         except Exception:  # noqa: BLE001 - whatever is wrong with it
-            path = self._index
-        if path is not None:
+            paths = [self._index]
+        for path in paths:
             path.unlink(missing_ok=True)
 
-    def save(self, key: Any, data: Any) -> None:
-        """Keep machine code: its file first, then the index, which leads to whole files only.
+    def save(self, key: Any, data: Any, beside: bytes = b"") -> None:
+        """Keep machine code: its files first, then the index, which leads to whole files only.
 
         No other process saves a kernel of the same module meanwhile: both would begin with the
         same index, and one entry would be lost.
         """
         packed_data = serialize.dumps(data)
-        name = f"{self._base}.{_digest(packed_data).hex()}.nbc"
+        contents = {
+            f"{self._base}.{_digest(content).hex()}{suffix}": content
+            for content, suffix in ((packed_data, ".nbc"), (beside, ".nbb"))
+        }
         with (self._folder / ".lock").open("w") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
-            _write(self._folder / name, packed_data)
-            entries = self._entries_to_keep(key)
-            self._save_index({**entries, serialize.dumps(key): name})
-            for old in self._folder.glob(f"{glob.escape(self._base)}.*.nbc"):
-                if old.name != name and old.name not in entries.values():
+            for name, content in contents.items():
+                _write(self._folder / name, content)
+            entries = {**self._entries_to_keep(key), serialize.dumps(key): tuple(contents)}
+            self._save_index(entries)
+            kept = {name for names in entries.values() for name in names}
+            for old in self._folder.glob(f"{glob.escape(self._base)}.*.nb[cb]"):
+                if old.name not in kept:
                     old.unlink(missing_ok=True)
 
-    def _entries_to_keep(self, key: Any) -> dict[bytes, str]:
+    def packed(self) -> dict[bytes, bytes]:
+        """Return all that is kept, by pickled keys; raises as `load` does."""
+        return {key: self._data(names[0]) for key, names in self._entries().items()}
+
+    def _entries_to_keep(self, key: Any) -> dict[bytes, tuple[str, ...]]:
         """Return all entries of other keys, none where the index can't be read."""
         try:
             entries = self._entries()
         except (OSError, ValueError):
             return {}
-        return {packed: name for packed, name in entries.items() if _unpacked(packed) != key}
+        return {packed: names for packed, names in entries.items() if _unpacked(packed) != key}
 
-    def _save_index(self, entries: dict[bytes, str]) -> None:
+    def _save_index(self, entries: dict[bytes, tuple[str, ...]]) -> None:
         content = pickle.dumps((self._stamp, entries))
         _write(self._index, _digest(content) + content)
 
-    def _entries(self) -> dict[bytes, str]:
+    def _entries(self) -> dict[bytes, tuple[str, ...]]:
         """Return the names of files by pickled keys, also of those that can't be unpickled."""
         content = _read(self._index)
         digest, content = content[:_DIGEST_BYTES], content[_DIGEST_BYTES:]
         if _digest(content) != digest:
             raise ValueError(f"{self._index} is damaged")
         stamp, entries = pickle.loads(content)  # noqa: S301 - checked
-        return entries if stamp == self._stamp else {}
+        return entries if self._stamp in (None, stamp) else {}
 
-    def _names(self) -> dict[Any, str]:
+    def _names(self) -> dict[Any, tuple[str, ...]]:
         names = {_unpacked(packed): name for packed, name in self._entries().items()}
         names.pop(None, None)
         return names
 
     def _data(self, name: str) -> bytes:
         content = _read(self._folder / name)
-        if name != f"{self._base}.{_digest(content).hex()}.nbc":
+        if name != f"{self._base}.{_digest(content).hex()}{Path(name).suffix}":
             raise ValueError(f"{self._folder / name} is damaged")
         return content
 

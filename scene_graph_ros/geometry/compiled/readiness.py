@@ -19,6 +19,7 @@ from scene_graph_ros.geometry.compiled.cache import (
     cache_root,
     digest_of_everything,
     KernelCache,
+    packed_groups,
 )
 
 __all__ = [
@@ -41,13 +42,19 @@ def ready_marker(group: str) -> Path:
 
 
 def is_ready(group: str) -> bool:
-    """Tell whether a process will find the kernels of a group in the cache."""
-    return bool(numba_config.DISABLE_JIT) or ready_marker(group).exists()
+    """Tell whether a process will find the kernels of a group in the cache, or installed."""
+    return bool(numba_config.DISABLE_JIT) or _is_packed(group) or ready_marker(group).exists()
+
+
+def _is_packed(group: str) -> bool:
+    """Tell whether the installation brings along the kernels of these sources."""
+    packed = packed_groups().get(group)
+    return packed is not None and packed == digest_of_everything()
 
 
 def why_not_ready(group: str) -> str:
     """Say why this process will have to compile a group's kernels, "" where it finds them all."""
-    if numba_config.DISABLE_JIT:
+    if numba_config.DISABLE_JIT or _is_packed(group):
         return ""
     problem = cache_problem()
     if problem or is_ready(group):

@@ -69,6 +69,15 @@ def _newton(normals, slacks, mu, H, g):
 
 
 @kernel
+def _along(normals, x):
+    """Return ``normals @ x``, (f,), in one order of sums: a library has one for each processor."""
+    result = np.empty(len(normals))
+    for f in range(len(normals)):
+        result[f] = normals[f, 0] * x[0] + normals[f, 1] * x[1] + normals[f, 2] * x[2]
+    return result
+
+
+@kernel
 def deepest_point(normals, offsets, start, tolerance):
     """Find the deepest point of a polytope.
 
@@ -84,7 +93,7 @@ def deepest_point(normals, offsets, start, tolerance):
 
     """
     x = start.copy()
-    slacks = offsets - normals @ x
+    slacks = offsets - _along(normals, x)
     t = 0.5 * slacks.min()
     best, depth = x.copy(), slacks.min()
     slacks -= t
@@ -93,14 +102,14 @@ def deepest_point(normals, offsets, start, tolerance):
     for _ in range(_STEPS):
         if len(normals) * mu <= tolerance * depth or not _newton(normals, slacks, mu, H, g):
             break
-        change = normals @ g[:3] + g[3]
+        change = _along(normals, g) + g[3]
         length = 1.0
         for f in range(len(normals)):
             if change[f] * length > _TO_BORDER * slacks[f]:
                 length = _TO_BORDER * slacks[f] / change[f]
         x += length * g[:3]
         t += length * g[3]
-        slacks = offsets - normals @ x - t
+        slacks = offsets - _along(normals, x) - t
         if not slacks.min() > 0.0:
             break
         if slacks.min() + t > depth:

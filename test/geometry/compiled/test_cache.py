@@ -93,6 +93,21 @@ def test_a_change_of_how_kernels_are_compiled_counts_for_all(tmp_path):
     assert int(_ask(root, cache)[0][1]) > 0
 
 
+def test_kernels_of_sources_that_changed_since_they_were_imported_are_not_kept(tmp_path):
+    """Else the code of the old ones would be kept for the new ones."""
+    root = _copy(tmp_path)
+    file = root / "scene_graph_ros" / "geometry" / "spatial" / "pose_kernels.py"
+    change = f"with open({str(file)!r}, 'a') as file: file.write('# changed')\nprint("
+    command = [sys.executable, "-c", _ASK.replace("print(", change, 1)]
+    variables = {"SCENE_GRAPH_ROS_KERNEL_CACHE": str(tmp_path / "cache"), "PYTHONPATH": str(root)}
+    done = subprocess.run(
+        command, env=os.environ | variables, cwd=root, capture_output=True, text=True, check=True
+    )
+    assert done.stdout.split()[0] == "4.0"
+    assert done.stderr.count(f"{file} was changed while this process runs") == 1
+    assert not [*(tmp_path / "cache").rglob("*.nbc")]
+
+
 def test_a_cache_that_cannot_be_written_costs_one_warning(tmp_path):
     """Answers are right, the warning names the cause, and nothing is written elsewhere."""
     blocked = tmp_path / "a_file"

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import warnings
 
+import numba
 import numba.core.config
 import pytest
 
@@ -94,6 +95,37 @@ def test_what_can_be_read_but_not_loaded_is_compiled_anew(folder):
     assert (compiled, len(told)) == (1, 1)
     assert _ask() == (0, [])
     assert index.exists()
+
+
+def _ask_on_top() -> tuple[int, list[str]]:
+    """Call a kernel that calls another, whose code is loaded; say how often that was compiled."""
+    tripled = kernel(_tripled)
+    assert tripled(2) == 6
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always", cache.KernelCacheWarning)
+        assert numba.njit(lambda x: tripled(x) + 1)(2) == 7
+        assert tripled(3) == 9
+    return sum(tripled.stats.cache_misses.values()), [str(each.message) for each in told]
+
+
+@_COMPILED
+def test_bitcode_is_read_when_a_caller_is_compiled(folder):
+    """A call from Python opens none of it; one that is gone or damaged is made anew, once."""
+    _ask()
+    (bitcode,) = folder.rglob("*.nbb")
+    assert _ask_on_top() == (0, [])
+    content = bitcode.read_bytes()
+    for damage, told in ((None, 0), (content[:-1], 1), (b"", 1)):
+        cache._warn_once.cache_clear()
+        (bitcode,) = folder.rglob("*.nbb")
+        if damage is None:
+            bitcode.unlink()
+        else:
+            bitcode.write_bytes(damage)
+        assert _ask() == (0, [])
+        compiled, said = _ask_on_top()
+        assert (compiled, len(said)) == (1, told)
+        assert _ask_on_top() == (0, [])
 
 
 def test_no_bit_of_a_file_can_be_flipped_unnoticed(tmp_path):

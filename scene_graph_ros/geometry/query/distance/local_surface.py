@@ -107,6 +107,21 @@ def _cylinder(size, p, m):
     return True, t, size[0] / radial, 1.0, 0.0, 1.0
 
 
+@lean_kernel
+def _half_angle(x, y):
+    """Return cosine and sine of half the angle of (x, y), by roots alone.
+
+    Those are rounded alike on every processor, which libraries' sines are not.
+    """
+    length = math.sqrt(x * x + y * y)
+    if length == 0.0:
+        return 1.0, 0.0
+    larger = math.sqrt(0.5 * (1.0 + abs(x) / length))
+    smaller = 0.5 * abs(y) / (length * larger)
+    c, s = (larger, smaller) if x >= 0.0 else (smaller, larger)
+    return c, math.copysign(s, y)
+
+
 @inlined_kernel
 def _ellipsoid(core, m):
     t = any_orthogonal(m)
@@ -114,8 +129,7 @@ def _ellipsoid(core, m):
     _, tt, tu, uu = curved_support(
         (SMOOTH, ORIGIN, ORIGIN, 0.0, 0.0, 0.0), core, IDENTITY, m, t, u
     )
-    angle = 0.5 * math.atan2(2.0 * tu, tt - uu)
-    c, s = math.cos(angle), math.sin(angle)
+    c, s = _half_angle(tt - uu, 2.0 * tu)
     first = axpy(s, u, scale(c, t))
     w0 = c * c * tt + 2.0 * c * s * tu + s * s * uu
     return True, first, w0, 1.0, tt + uu - w0, 1.0

@@ -1,0 +1,1 @@
+"""What `make wheels` runs: wheels with compiled kernels and messages, for each Python."""
