@@ -107,7 +107,7 @@ class _Blocks(NamedTuple):
 
 
 MOST_CONTACTS = 10_000
-"""Points of one moment that are drawn, half a megabyte: 500 bodies in one place touch in 124 750."""
+"""Points of one moment that are drawn, half a megabyte: 500 bodies in one place have 124 750."""
 
 
 def _deepest(depths: NDArray[np.float64]) -> NDArray[np.int64] | slice:
