@@ -16,12 +16,12 @@ from scene_graph_ros.convex.graphs.model.options import (
     GcsGraphvizOptions,
     GraphOfConvexSetsOptions,
 )
+from scene_graph_ros.convex.graphs.model.whole_edits import Undo
 from scene_graph_ros.convex.graphs.network.network import Network
 from scene_graph_ros.convex.graphs.network.rounding import draw_paths
 from scene_graph_ros.convex.graphs.search.given_path import solve_restriction
 from scene_graph_ros.convex.graphs.search.result import GraphOfConvexSetsResult
 from scene_graph_ros.convex.graphs.search.shortest_path import solve_path
-from scene_graph_ros.convex.graphs.whole_edits import Undo
 from scene_graph_ros.convex.questions.arguments import (
     as_list,
     as_nonnegative,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from scene_graph_ros.convex.graphs.whole_edits import as_before, Undo, WholeEdits
+from scene_graph_ros.convex.graphs.model.whole_edits import as_before, Undo, WholeEdits
 from scene_graph_ros.convex.questions.arguments import as_nonnegative
 from scene_graph_ros.planning.gcs.arguments import as_bounds, as_count, as_weights
 from scene_graph_ros.planning.gcs.edges_between_subgraphs import EdgesBetweenSubgraphs

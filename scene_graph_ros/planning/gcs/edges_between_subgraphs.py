@@ -9,7 +9,7 @@ import numpy as np
 from scene_graph_ros.convex.errors import ConvexSetError
 from scene_graph_ros.convex.graphs.graph import GraphOfConvexSets
 from scene_graph_ros.convex.graphs.model.edge import Edge, Vertex
-from scene_graph_ros.convex.graphs.whole_edits import whole_edit, WholeEdits
+from scene_graph_ros.convex.graphs.model.whole_edits import whole_edit, WholeEdits
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
 from scene_graph_ros.convex.sets.hyperrectangle import Hyperrectangle

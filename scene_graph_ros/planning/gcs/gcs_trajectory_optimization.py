@@ -16,8 +16,8 @@ from scene_graph_ros.convex.graphs.model.options import (
     GcsGraphvizOptions,
     GraphOfConvexSetsOptions,
 )
+from scene_graph_ros.convex.graphs.model.whole_edits import as_before, Undo
 from scene_graph_ros.convex.graphs.search.result import GraphOfConvexSetsResult
-from scene_graph_ros.convex.graphs.whole_edits import as_before, Undo
 from scene_graph_ros.convex.questions.arguments import as_nonnegative
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.convex.sets.pairwise_intersections import as_joints

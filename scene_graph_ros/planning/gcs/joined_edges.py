@@ -15,7 +15,7 @@ from scene_graph_ros.convex.graphs.expressions.transcription import (
 )
 from scene_graph_ros.convex.graphs.graph import GraphOfConvexSets
 from scene_graph_ros.convex.graphs.model.edge import Edge, Vertex
-from scene_graph_ros.convex.graphs.whole_edits import as_before, Undo, whole_edit, WholeEdits
+from scene_graph_ros.convex.graphs.model.whole_edits import as_before, Undo, whole_edit, WholeEdits
 from scene_graph_ros.convex.questions.arguments import as_vector
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.gcs.arguments import as_count

@@ -13,7 +13,7 @@ from scene_graph_ros.convex.graphs.expressions.expressions import norm, sum_squa
 from scene_graph_ros.convex.graphs.expressions.transcription import ALL_TRANSCRIPTIONS
 from scene_graph_ros.convex.graphs.graph import GraphOfConvexSets
 from scene_graph_ros.convex.graphs.model.edge import Edge, Vertex
-from scene_graph_ros.convex.graphs.whole_edits import whole_edit, WholeEdits
+from scene_graph_ros.convex.graphs.model.whole_edits import whole_edit, WholeEdits
 from scene_graph_ros.convex.questions.arguments import as_nonnegative
 from scene_graph_ros.convex.sets.cartesian_product import CartesianProduct
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
