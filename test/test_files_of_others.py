@@ -38,6 +38,10 @@ _ALLOWED = {
         "it came as part of a pickle, which the user's own executor has unpickled"
     ),
     "scene_graph_ros/node/services/region_files.py: os.fdopen": "writes a file of regions_folder",
+    "scene_graph_ros/node/effects/page_file.py: os.open": "writes a file that is new",
+    "scene_graph_ros/node/effects/page_file.py: os.fdopen": "writes a file that is new",
+    "scene_graph_ros/node/runtime/ending.py: read_text": "what the kernel says of its own threads",
+    "scene_graph_ros/node/runtime/spread_imports.py: os.open": "a library that is imported next",
     "scene_graph_ros/node/recording/bag.py: self._writer.open": "makes a folder, the user's own",
     "scene_graph_ros/node/recording/bag.py: read_text": "messages that this project installed",
     "scene_graph_ros/replay/reader.py: self.path.open": "the user's own call, in parts",

@@ -6,7 +6,8 @@ A node with a view in a browser records itself and renders a camera, which some 
 of all frames come at a rate. The first part of the time is without clients of the page, for
 comparison; then come those of ``benchmarks.messages.page_clients``. A row of the table is a piece
 of the time: contacts a second, latency from the stamp of poses to the receipt of their contacts,
-memory and share of a core of the node. All on loopback.
+memory and share of a core of the node, and the machine's load, as what else it does makes messages
+late, too. All on loopback.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from collections.abc import Callable
 import contextlib
 import csv
 import importlib
+import os
 from pathlib import Path
 import socket
 import time
@@ -67,6 +69,8 @@ class Piece(NamedTuple):
     """99.9 %."""
     memory_mb: float
     share_of_a_core: float
+    load: float
+    """Load average of the machine's last minute, at its end: processes that run or want to."""
 
 
 def _piece(
@@ -77,7 +81,8 @@ def _piece(
     else:
         some = [float("nan")] * 3
     rate = len(latencies) / span
-    return Piece(begin + span, busy, rate, *some, memory / _MEGABYTE, cpu / span)
+    load = os.getloadavg()[0]
+    return Piece(begin + span, busy, rate, *some, memory / _MEGABYTE, cpu / span, load)
 
 
 class _CameraReaders:
@@ -189,10 +194,11 @@ def write_csv(pieces: list[Piece], path: Path) -> None:
 
 
 def draw(pieces: list[Piece], path: Path) -> None:
-    """Draw contacts a second, latency and memory over time."""
+    """Draw contacts a second, latency, memory and the machine's load over time."""
     importlib.import_module("matplotlib").use("Agg")
     pyplot = importlib.import_module("matplotlib.pyplot")
-    figure, (rates, times, memory) = pyplot.subplots(3, 1, figsize=(8.0, 7.0), sharex=True)
+    figure, axes = pyplot.subplots(4, 1, figsize=(8.0, 8.5), sharex=True)
+    rates, times, memory, load = axes
     minutes = [piece.seconds / 60.0 for piece in pieces]
     rates.plot(minutes, [piece.contacts_per_second for piece in pieces])
     rates.set_ylabel("contacts/s")
@@ -209,11 +215,15 @@ def draw(pieces: list[Piece], path: Path) -> None:
     memory.plot(minutes, [piece.memory_mb for piece in pieces])
     memory.set_ylabel("memory (MB)")
     memory.set_ylim(0.0, 1.1 * max(piece.memory_mb for piece in pieces))
-    memory.set_xlabel("minutes")
+    load.plot(minutes, [piece.load for piece in pieces])
+    load.axhline(os.cpu_count() or 1, color="grey", linewidth=0.8)
+    load.set_ylabel("load (line: cores)")
+    load.set_ylim(bottom=0.0)
+    load.set_xlabel("minutes")
     came = next((piece.seconds / 60.0 for piece in pieces if piece.has_clients), None)
-    for axes in (rates, times, memory):
+    for each in axes:
         if came is not None:
-            axes.axvline(came, color="grey", linestyle=":")
+            each.axvline(came, color="grey", linestyle=":")
     figure.tight_layout()
     figure.savefig(path, dpi=110)
     pyplot.close(figure)
@@ -225,10 +235,10 @@ def summary(pieces: list[Piece]) -> str:
     for busy, name in ((False, "without clients of the page"), (True, "with them")):
         rows = np.array([piece for piece in pieces if piece.has_clients == busy])
         if len(rows):
-            _, _, rate, median, late, latest, memory, share = np.nanmedian(rows, axis=0)
+            _, _, rate, median, late, latest, memory, share, load = np.nanmedian(rows, axis=0)
             lines.append(
                 f"{name}: {rate:.1f} contacts/s, {median:.2f} ms median, {late:.1f} ms 99 %, "
-                f"{latest:.1f} ms 99.9 %, {memory:.0f} MB, {share:.2f} of a core"
+                f"{latest:.1f} ms 99.9 %, {memory:.0f} MB, {share:.2f} of a core, load {load:.1f}"
             )
     return "\n".join([*lines, f"most memory {max(piece.memory_mb for piece in pieces):.0f} MB"])
 

@@ -56,6 +56,8 @@ class Reach:
 
     folders: tuple[Path, ...] | None = None
     """None: wherever the process may read."""
+    holds_meshes: bool = False
+    """Whether meshes and pictures, too, have to lie below the folders."""
 
     @property
     def is_anywhere(self) -> bool:
@@ -65,12 +67,13 @@ class Reach:
     def checked(self, path: Path, endings: tuple[str, ...]) -> Path:
         """Return the path without ``..``, if it may be named; whether it exists is not looked at.
 
-        A link below a folder leads wherever who owns the folder wants. Raises OSError.
+        Without ``endings`` it is a mesh or a picture, whose reader looks at these. A link below a
+        folder leads wherever who owns the folder wants. Raises OSError.
         """
         if self.folders is None:
             return path
         plain = Path(os.path.normpath(path.absolute()))
-        if plain.suffix.lower() not in endings:
+        if endings and plain.suffix.lower() not in endings:
             message = f"a request may name files that end with {' or '.join(endings)} here"
             raise PermissionError(errno.EACCES, message, str(path))
         if not any(plain.is_relative_to(folder) for folder in self._spellings()):

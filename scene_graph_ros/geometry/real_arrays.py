@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.quoting import quoted
 
-__all__ = ["real_array"]
+__all__ = ["real_array", "whole_array"]
 
 _FLOAT64 = np.dtype(np.float64)
 
@@ -34,6 +34,20 @@ def real_array(value: Any, rule: str, error: type[Exception]) -> NDArray[np.floa
         raise error(f"{rule}: {quoted(value)}") from cause
     kind = f"{given.dtype} of shape {given.shape}"
     raise error(f"{rule}: {quoted(value)}, which is {kind}{_masked(given)}")
+
+
+def whole_array(value: Any, rule: str, error: type[Exception]) -> NDArray[np.int64]:
+    """Return whole numbers as a new ``int64`` array, of all that `real_array` takes.
+
+    Raises ``error`` also for fractions, and for floats from 2^53 on.
+    """
+    found = real_array(value, rule, error)
+    given = np.asarray(value)
+    if given.dtype.kind == "i":
+        return np.array(given, dtype=np.int64, order="C")
+    if not (np.abs(found) < 2.0**53).all() or (found != np.rint(found)).any():
+        raise error(f"{rule}: {quoted(value)}")
+    return found.astype(np.int64)
 
 
 def _is_real(given: NDArray[Any]) -> bool:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 
-__all__ = ["between_steps", "calling_between_steps"]
+__all__ = ["between_steps", "calling_between_steps", "is_in_steps"]
 
 
 def _nothing() -> None:
@@ -26,6 +26,11 @@ def between_steps() -> None:
     To be called where nothing is held that another thread may wait for.
     """
     _callback.get()()
+
+
+def is_in_steps() -> bool:
+    """Tell whether this thread does work whose starter wants something done between its steps."""
+    return _callback.get() is not _nothing
 
 
 @contextmanager

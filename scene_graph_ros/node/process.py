@@ -28,6 +28,7 @@ from scene_graph_ros.node.runtime.garbage_collection import keep_what_is_there, 
 from scene_graph_ros.node.runtime.log_folder import log_problem
 from scene_graph_ros.node.runtime.names import NODE_NAME
 from scene_graph_ros.node.runtime.parameters import PARAMETERS
+from scene_graph_ros.node.runtime.spread_imports import spread_imports
 
 __all__ = ["make_executor", "run"]
 
@@ -57,6 +58,7 @@ def run(args: Sequence[str] | None, ending: Ending) -> int:
     """Run the node until its end is requested; return the exit code of the process."""
     _usage().parse_args(remove_ros_args(sys.argv if args is None else args)[1:])
     sys.setswitchinterval(_SWITCH_INTERVAL)
+    spread_imports()
     # The node says it in its log.
     warnings.simplefilter("ignore", KernelCacheWarning)
     os.environ.setdefault(_PROFILES_FILE, str(Path(__file__).with_name("fast_dds.xml")))

@@ -11,7 +11,8 @@ from scene_graph_ros.node.world.world import WorldSnapshot
 from scene_graph_ros.replay.contacts import answer_of, effects_on, SURFACES
 from scene_graph_ros.replay.reader import Recorded, RecordingError
 from scene_graph_ros.replay.replay import Replay
-from scene_graph_ros.views.browser.page_file import PageFile
+from scene_graph_ros.views.browser.drawing import MOST_CONTACTS
+from scene_graph_ros.views.browser.page_file import MOST_BYTES, PageFile
 
 __all__ = ["write_page"]
 
@@ -27,7 +28,7 @@ def write_page(
     page = PageFile(lambda id_, error: warn(f"geometry {id_} is left out: {error}"))
     with path.open("x", encoding="utf-8") as file:
         try:
-            _show(messages, page, round(1e9 / fps))
+            _show(messages, page, round(1e9 / fps), warn)
             file.write(page.html())
         except BaseException:
             path.unlink()
@@ -35,7 +36,9 @@ def write_page(
     return page
 
 
-def _show(messages: Iterable[Recorded], page: PageFile, period: int) -> None:
+def _show(
+    messages: Iterable[Recorded], page: PageFile, period: int, warn: Callable[[str], None]
+) -> None:
     """Add moments that are ``period`` ns apart, the last one before each pause, and the last."""
     replay = Replay()
     snapshot, passed, due = None, None, 0
@@ -44,6 +47,13 @@ def _show(messages: Iterable[Recorded], page: PageFile, period: int) -> None:
         page.add(_moment(replay, shown), 1e-9 * time)
 
     for message in messages:
+        if page.is_full():
+            warn(
+                f"the page ends after {page.seconds():.1f} s, as it has {MOST_BYTES >> 20} MiB:"
+                " more fits in with a lower --fps"
+            )
+            passed = None
+            break
         replay.take(message)
         if replay.snapshot is None or replay.snapshot is snapshot:
             continue
@@ -58,6 +68,8 @@ def _show(messages: Iterable[Recorded], page: PageFile, period: int) -> None:
             passed = (snapshot, message.time)
     if passed is not None:
         add(*passed)
+    if page.most_contacts() > MOST_CONTACTS:
+        warn(f"of {page.most_contacts()} contacts at once the {MOST_CONTACTS} deepest are shown")
     if page.count() == 0:
         raise RecordingError("the recording has no update of the world, so nothing can be shown")
 

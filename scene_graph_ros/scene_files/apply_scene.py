@@ -23,9 +23,10 @@ _MULTI_DOF = "sensor_msgs/msg/MultiDOFJointState"
 
 
 def apply_scene(scene: SceneFile, scene_graph: SceneGraph, prefix: str) -> LoadedScene:
-    """Register the scene; on an error, remove what was registered of it and raise."""
+    """Register the scene, all of it; where that raises, nothing."""
     application = Application(scene, scene_graph, prefix)
-    try:
+
+    def register() -> LoadedScene:
         _add_sources(application)
         _add_parts(application)
         for name in application.pending:
@@ -33,11 +34,9 @@ def apply_scene(scene: SceneFile, scene_graph: SceneGraph, prefix: str) -> Loade
             source.description = RobotDescription(
                 application, name, _topic_of(application, name), prefix
             )
-    except BaseException:
-        for source in application.sources.values():
-            scene_graph.remove_source(source.source_id)
-        raise
-    return application.loaded()
+        return application.loaded()
+
+    return scene_graph.all_or_nothing(register)
 
 
 def _add_parts(to: Application) -> None:

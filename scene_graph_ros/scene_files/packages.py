@@ -200,7 +200,7 @@ def resolve_resource(
     if "%" in resource and not _is(bool, path):
         path = Path(urllib.parse.unquote(str(path)))
     try:
-        if endings:
+        if endings or packages.reach.holds_meshes:
             path = packages.reach.checked(path, endings)
         find_file(path)
     except OSError as error:

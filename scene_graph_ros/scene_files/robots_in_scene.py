@@ -144,6 +144,7 @@ def _robot_model(to: Application, spec: RobotSpec, index: int) -> RobotModel:
             package_map=packages.package_map,
             package_dirs=packages.package_dirs,
             skip_unreadable=spec.skip_unreadable,
+            reach=packages.reach,
         )
     if spec.joint_limits is not None:
         with to.located("robots", index, "joint_limits"):

@@ -14,7 +14,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from scene_graph_ros.geometry.files import MAX_TEXT_BYTES, read_limited
+from scene_graph_ros.geometry.files import MAX_TEXT_BYTES, Reach, read_limited
 from scene_graph_ros.geometry.spatial.poses import pose_from_xyz_rpy
 from scene_graph_ros.geometry.tolerances import MIN_SCALE
 from scene_graph_ros.located import Location, SceneFileError
@@ -54,14 +54,16 @@ def load_urdf(
     package_map: Mapping[str, str | Path] | None = None,
     package_dirs: Iterable[str | Path] = (),
     skip_unreadable: bool = False,
+    reach: Reach | None = None,
 ) -> RobotModel:
     """Read a robot from a file, a ``package://`` or ``file://`` address, or URDF text.
 
     Poses are in m and rad. A mesh that is not found is a warning here, and an error when its
     geometry is registered; with ``skip_unreadable`` geometry that can't be read is left out with
-    a warning. Raises SceneFileError naming file, line, element and attribute.
+    a warning. ``reach`` says which files may be named; by default all that the user may read.
+    Raises SceneFileError naming file, line, element and attribute.
     """
-    packages = Packages.of(package_map, package_dirs)
+    packages = Packages.of(package_map, package_dirs, reach)
     text, label, base = read_robot_text(path_or_xml, packages)
     root = parse_xml(text, label)
     check_dialect(root)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.quoting import quoted
-from scene_graph_ros.geometry.real_arrays import real_array
+from scene_graph_ros.geometry.real_arrays import real_array, whole_array
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.located import suggestion
 from scene_graph_ros.trajectories.errors import TrajectoryError
@@ -149,7 +149,12 @@ class MotionLimits:
         Raises TrajectoryError for an unknown name, and for an entry without a limit.
         """
         names = tree.position_names
-        rows = np.arange(len(names)) if positions is None else np.asarray(positions, np.intp)
+        rows = np.arange(len(names))
+        if positions is not None:
+            rule = f"positions must be entries of q (k,), from 0 to {len(names) - 1}"
+            rows = whole_array(positions, rule, TrajectoryError)
+            if rows.ndim != 1 or not ((rows >= 0) & (rows < len(names))).all():
+                raise TrajectoryError(f"{rule}: {quoted(positions)}")
         own = dict(zip(names, tree.velocity_limits.tolist(), strict=True))
         own.update(_known(tree, "velocities", velocities or {}))
         most = _narrowest(tree, "accelerations", accelerations, tree.acceleration_limits)

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scene_graph_ros.geometry.real_arrays import real_array
-from scene_graph_ros.trajectories.arguments import as_order, as_times
+from scene_graph_ros.geometry.real_arrays import real_array, whole_array
+from scene_graph_ros.trajectories.arguments import as_order
 from scene_graph_ros.trajectories.errors import TrajectoryError
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
 from scene_graph_ros.trajectories.trajectory import Trajectory
@@ -77,10 +77,11 @@ class TrajectoryPoints:
         count = as_order("derivatives", derivatives)
         if count > 2:
             raise TrajectoryError(f"derivatives must be 0, 1 or 2, not {count}")
-        times = as_times(nanoseconds)
-        if times.ndim != 1 or (times != np.rint(times)).any():
-            raise TrajectoryError("nanoseconds must be whole numbers (m,)")
-        seconds = times * 1e-9
+        rule = "nanoseconds must be whole numbers (m,)"
+        whole = whole_array(nanoseconds, rule, TrajectoryError)
+        if whole.ndim != 1:
+            raise TrajectoryError(f"{rule}, not of shape {whole.shape}")
+        seconds = whole * 1e-9
         start, end = curve.start_time, curve.end_time
         is_outside = (seconds < start - 1e-9) | (seconds > end + 1e-9)
         if is_outside.any():
@@ -89,7 +90,7 @@ class TrajectoryPoints:
                 f" {end} s"
             )
         rows = (curve.derivative(order).value(seconds) for order in range(count + 1))
-        return cls(np.asarray(nanoseconds, dtype=np.int64), *rows)
+        return cls(whole, *rows)
 
     @property
     def duration(self) -> float:

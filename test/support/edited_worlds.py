@@ -34,7 +34,7 @@ from scene_graph_ros.geometry import (
     Sphere,
 )
 
-__all__ = ["EDITS", "PREPARATIONS", "World", "answers_of"]
+__all__ = ["EDITS", "EDITS_OF_POSES", "PREPARATIONS", "World", "answers_of"]
 
 _TETRAHEDRON = np.array([[0.0, 0, 0], [0.3, 0, 0], [0, 0.3, 0], [0, 0, 0.3]])
 _FACES = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
@@ -64,11 +64,18 @@ class Renderer:
 class World:
     """Two sources: an arm of frames, one on another, with a geometry of each kind; and a crate.
 
-    ``prepare`` is done before the first question. ``own`` is whether the context's model is its
-    own by now: else it is shared with a snapshot, which was asked, and an edit makes another.
+    ``prepare`` is done before the first question. ``own`` is whether the edited model is its own
+    by now: else it is shared with a snapshot, which was asked, and an edit makes another. Edits
+    are of the context, or ``of_graph``: then a new context of the graph answers.
     """
 
-    def __init__(self, *, own: bool, prepare: Callable[[World], Any] = lambda world: None) -> None:
+    def __init__(
+        self,
+        *,
+        own: bool,
+        of_graph: bool = False,
+        prepare: Callable[[World], Any] = lambda world: None,
+    ) -> None:
         graph = self.graph = SceneGraph()
         arm, other = self.arm, self.other = [graph.register_source(name) for name in ("arm", "o")]
         self.frames: dict[str, Any] = {}
@@ -103,13 +110,28 @@ class World:
         context = self.context = graph.create_default_context()
         context.set_frame_poses(arm, self.poses(0.0))
         context.set_frame_pose(other, self.frames["crate"], at(0.35, 0.1, 0.05, 0.4))
+        self.target: Context | None = None if of_graph else context
         self.filter_id: Any = None
         prepare(self)
         self.query = graph.query_object(context)
         answers_of(self)
         if own:
             for name in ("can of before", "can"):
-                graph.rename_geometry(arm, self.ids["can"], name, context=context)
+                graph.rename_geometry(arm, self.ids["can"], name, context=self.target)
+
+    def asked(self) -> tuple[Context, Any]:
+        """Return the context that answers, and its queries."""
+        if self.target is not None:
+            return self.context, self.query
+        context = self.graph.create_default_context()
+        context.set_frame_poses(self.arm, self._of_all(context, self.arm))
+        return context, self.graph.query_object(context)
+
+    @staticmethod
+    def _of_all(context: Context, source: Any) -> dict[Any, np.ndarray]:
+        """Return poses of a source's frames that there are, none where another's is at home."""
+        frames = context.inspector().frames_for_source(source)
+        return {frame: at(0.1 * k, 0.05 * k, 0.02, 0.3 * k) for k, frame in enumerate(frames)}
 
     @staticmethod
     def instance(name: str, X: np.ndarray, shape: Any) -> GeometryInstance:
@@ -190,8 +212,8 @@ def _model(inspector: Any, names: dict[int, str]) -> dict[str, Any]:
 
 def answers_of(world: World) -> dict[str, Any]:
     """Return all that a world's context answers, by the names of what it is about."""
-    context: Context = world.context
-    inspector, query = context.inspector(), world.query
+    context, query = world.asked()
+    inspector = context.inspector()
     frames, ids = inspector.get_all_frame_ids(), inspector.get_all_geometry_ids()
     names = {int(each): inspector.get_name(each) for each in (*frames, *ids)}
     found = _model(inspector, names)
@@ -264,20 +286,32 @@ def _declare(world: World) -> None:
     declaration = CollisionFilterDeclaration()
     declaration.exclude_within(world.set_of("egg", "mesh", "box", "floor"))
     declaration.allow_between(world.set_of("ball"), world.set_of("rod"))
-    world.graph.collision_filter_manager(world.context).apply(declaration)
+    world.graph.collision_filter_manager(world.target).apply(declaration)
 
 
 def _exclude(world: World) -> None:
     world.graph.exclude_collisions_between(
-        world.set_of("egg"), world.set_of("hull"), context=world.context
+        world.set_of("egg"), world.set_of("hull"), context=world.target
     )
 
 
 def _exclude_for_now(world: World) -> None:
     declaration = CollisionFilterDeclaration()
     declaration.exclude_between(world.set_of("can", "egg"), world.set_of("box"))
-    manager = world.graph.collision_filter_manager(world.context)
+    manager = world.graph.collision_filter_manager(world.target)
     world.filter_id = manager.apply_transient(declaration)
+
+
+def _several(world: World) -> None:
+    """Make three changes that count together."""
+
+    def change() -> None:
+        graph, to = world.graph, world.target
+        source = graph.register_source("new", context=to)
+        graph.register_frame(source, GeometryFrame("new"), context=to)
+        graph.change_shape(world.arm, world.ids["ball"], Box(0.5, 0.4, 0.3), context=to)
+
+    world.graph.all_or_nothing(change, context=world.target)
 
 
 Edit = Callable[[World], Any]
@@ -286,74 +320,84 @@ PREPARATIONS: dict[str, Edit] = {"remove transient": _exclude_for_now}
 """What is done to a world before an edit, which is one change, can be made."""
 
 EDITS: dict[str, Edit] = {
-    "register source": lambda w: w.graph.register_source("new", context=w.context),
-    "remove source": lambda w: w.graph.remove_source(w.other, context=w.context),
+    "register source": lambda w: w.graph.register_source("new", context=w.target),
+    "remove source": lambda w: w.graph.remove_source(w.other, context=w.target),
     "register frame": lambda w: w.graph.register_frame(
-        w.arm, GeometryFrame("new"), parent=w.frames["link1"], context=w.context
+        w.arm, GeometryFrame("new"), parent=w.frames["link1"], context=w.target
     ),
-    "remove frame": lambda w: w.graph.remove_frame(w.arm, w.frames["link1"], context=w.context),
+    "remove frame": lambda w: w.graph.remove_frame(w.arm, w.frames["link1"], context=w.target),
     "rename frame": lambda w: w.graph.rename_frame(
-        w.arm, w.frames["link1"], "elbow", context=w.context
+        w.arm, w.frames["link1"], "elbow", context=w.target
     ),
     "change parent": lambda w: w.graph.change_parent(
-        w.other, w.frames["crate"], w.frames["link2"], context=w.context
+        w.other, w.frames["crate"], w.frames["link2"], context=w.target
     ),
     "register geometry": lambda w: w.graph.register_geometry(
-        w.arm, w.frames["link2"], w.instance("new", at(0.1, 0, 0), Sphere(0.3)), context=w.context
+        w.arm, w.frames["link2"], w.instance("new", at(0.1, 0, 0), Sphere(0.3)), context=w.target
     ),
     "register hanging geometry": lambda w: w.graph.register_geometry(
-        w.arm, w.ids["ball"], w.instance("new", at(0.1, 0, 0), Box(1, 1, 1)), context=w.context
+        w.arm, w.ids["ball"], w.instance("new", at(0.1, 0, 0), Box(1, 1, 1)), context=w.target
+    ),
+    "register anchored geometry": lambda w: w.graph.register_anchored_geometry(
+        w.other, w.instance("wall", at(0.3, 0, 0), Box(0.1, 1, 1)), context=w.target
     ),
     "register deformable geometry": lambda w: w.graph.register_deformable_geometry(
-        w.arm, WORLD, soft_instance("soft", Box(0.1, 0.1, 0.1)), 0.1, context=w.context
+        w.arm, WORLD, soft_instance("soft", Box(0.1, 0.1, 0.1)), 0.1, context=w.target
     ),
-    "remove geometry": lambda w: w.graph.remove_geometry(w.other, w.ids["box"], context=w.context),
+    "remove geometry": lambda w: w.graph.remove_geometry(w.other, w.ids["box"], context=w.target),
     "rename geometry": lambda w: w.graph.rename_geometry(
-        w.arm, w.ids["rod"], "stick", context=w.context
+        w.arm, w.ids["rod"], "stick", context=w.target
     ),
     "assign proximity": lambda w: w.graph.assign_role(
-        w.arm, w.ids["picture"], ProximityProperties(), context=w.context
+        w.arm, w.ids["picture"], ProximityProperties(), context=w.target
     ),
     "assign illustration": lambda w: w.graph.assign_role(
-        w.arm, w.ids["ball"], _coloured(), context=w.context
+        w.arm, w.ids["ball"], _coloured(), context=w.target
     ),
     "assign perception": lambda w: w.graph.assign_role(
-        w.arm, w.ids["ball"], PerceptionProperties(), context=w.context
+        w.arm, w.ids["ball"], PerceptionProperties(), context=w.target
     ),
     "replace properties": lambda w: w.graph.assign_role(
-        w.arm, w.ids["mesh"], _triangles(), RoleAssign.REPLACE, context=w.context
+        w.arm, w.ids["mesh"], _triangles(), RoleAssign.REPLACE, context=w.target
     ),
     "make compliant": lambda w: w.graph.assign_role(
-        w.arm, w.ids["ball"], _soft(), RoleAssign.REPLACE, context=w.context
+        w.arm, w.ids["ball"], _soft(), RoleAssign.REPLACE, context=w.target
     ),
     "make rigid": lambda w: w.graph.assign_role(
-        w.other, w.ids["box"], _rigid(), RoleAssign.REPLACE, context=w.context
+        w.other, w.ids["box"], _rigid(), RoleAssign.REPLACE, context=w.target
     ),
     "remove role": lambda w: w.graph.remove_role(
-        w.arm, w.ids["rod"], Role.PROXIMITY, context=w.context
+        w.arm, w.ids["rod"], Role.PROXIMITY, context=w.target
     ),
     "remove roles of a frame": lambda w: w.graph.remove_role(
-        w.other, w.frames["crate"], Role.PROXIMITY, context=w.context
+        w.other, w.frames["crate"], Role.PROXIMITY, context=w.target
     ),
     "change shape": lambda w: w.graph.change_shape(
-        w.arm, w.ids["ball"], Box(0.5, 0.4, 0.3), context=w.context
+        w.arm, w.ids["ball"], Box(0.5, 0.4, 0.3), context=w.target
     ),
     "change shape and pose": lambda w: w.graph.change_shape(
-        w.other, w.ids["box"], Sphere(0.3), at(0.05, 0.1, 0.2, 1.0), context=w.context
+        w.other, w.ids["box"], Sphere(0.3), at(0.05, 0.1, 0.2, 1.0), context=w.target
     ),
     "change mesh": lambda w: w.graph.change_shape(
-        w.arm, w.ids["hull"], Convex(vertices=1.5 * _TETRAHEDRON), context=w.context
+        w.arm, w.ids["hull"], Convex(vertices=1.5 * _TETRAHEDRON), context=w.target
     ),
     "declare filters": _declare,
     "exclude a pair": _exclude,
+    "exclude within": lambda w: w.graph.exclude_collisions_within(
+        w.set_of("egg", "box", "can"), context=w.target
+    ),
+    "several changes": _several,
     "apply transient": _exclude_for_now,
-    "remove transient": lambda w: w.graph.collision_filter_manager(w.context).remove_declaration(
+    "remove transient": lambda w: w.graph.collision_filter_manager(w.target).remove_declaration(
         w.filter_id
     ),
-    "add renderer": lambda w: w.graph.add_renderer("new", Renderer(), context=w.context),
-    "remove renderer": lambda w: w.graph.remove_renderer("first", context=w.context),
-    "set accuracy": lambda w: w.graph.set_accuracy("quick", context=w.context),
-    "set engine": lambda w: w.graph.set_engine("native", context=w.context),
+    "add renderer": lambda w: w.graph.add_renderer("new", Renderer(), context=w.target),
+    "remove renderer": lambda w: w.graph.remove_renderer("first", context=w.target),
+    "set accuracy": lambda w: w.graph.set_accuracy("quick", context=w.target),
+    "set engine": lambda w: w.graph.set_engine("native", context=w.target),
+}
+
+EDITS_OF_POSES: dict[str, Edit] = {
     "set all poses": lambda w: w.context.set_frame_poses(w.arm, w.poses(0.03)),
     "set some poses": lambda w: w.context.set_frame_poses(
         w.arm, {w.frames["link1"]: at(0.2, 0.1, 0, 1), w.frames["tool"]: at(0.3, 0, 0.1, 2)}

@@ -15,7 +15,7 @@ from typing import Any
 
 from searching import times
 
-__all__ = ["instruction_count", "interrupted_at", "places"]
+__all__ = ["SAMPLE", "instruction_count", "interrupted_at", "places"]
 
 SAMPLE = 20
 """Instructions that are tried of each action, where a run of all tests does; else `times` more."""
@@ -69,9 +69,9 @@ def interrupted_at(
     return _run(action, at, error)[0]
 
 
-def places(count: int, seed: str) -> Iterator[int]:
+def places(count: int, seed: str, sample: int = SAMPLE) -> Iterator[int]:
     """Return instructions to try of so many: a sample, or all where a search has the time."""
-    most = times(SAMPLE)
+    most = times(sample)
     if most >= count:
         return iter(range(count))
     chosen = random.Random(seed).sample(range(count), most)

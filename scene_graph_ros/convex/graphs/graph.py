@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 import itertools
 from typing import Any, NamedTuple
 
@@ -16,6 +16,7 @@ from scene_graph_ros.convex.graphs.model.options import (
     GcsGraphvizOptions,
     GraphOfConvexSetsOptions,
 )
+from scene_graph_ros.convex.graphs.model.whole_edits import Undo
 from scene_graph_ros.convex.graphs.network.network import Network
 from scene_graph_ros.convex.graphs.network.rounding import draw_paths
 from scene_graph_ros.convex.graphs.search.given_path import solve_restriction
@@ -29,7 +30,7 @@ from scene_graph_ros.convex.questions.arguments import (
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.geometry.quoting import quoted
 
-__all__ = ["GraphOfConvexSets"]
+__all__ = ["GraphOfConvexSets", "let_go"]
 
 
 class _Tables(NamedTuple):
@@ -39,10 +40,11 @@ class _Tables(NamedTuple):
     edges: dict[int, Edge]
 
 
-def _let_go(edge: Edge) -> None:
-    """Have the vertices of an edge that is of no graph any more keep it no longer."""
-    edge.u._outgoing.pop(edge.id, None)
-    edge.v._incoming.pop(edge.id, None)
+def let_go(edges: Iterable[Edge]) -> None:
+    """Have the vertices of edges that are of no graph any more keep them no longer."""
+    for edge in edges:
+        edge.u._outgoing.pop(edge.id, None)
+        edge.v._incoming.pop(edge.id, None)
 
 
 class GraphOfConvexSets:
@@ -126,21 +128,42 @@ class GraphOfConvexSets:
     def remove_vertex(self, vertex: Vertex) -> None:
         """Remove a vertex and all its edges. Raises ConvexSetError unless it is of this graph."""
         self._check_vertex(vertex, "remove_vertex: vertex")
-        gone = vertex.incoming_edges + vertex.outgoing_edges
-        numbers = {edge.id for edge in gone}
-        vertices = {number: each for number, each in self._vertices.items() if each is not vertex}
-        edges = {number: each for number, each in self._edges.items() if number not in numbers}
+        let_go(self._without({vertex.id}))
+
+    def _without(self, gone: Collection[int]) -> list[Edge]:
+        """Remove vertices and all their edges, which are returned, in one write."""
+        vertices, edges = self._tables
+        lost = [edge for edge in edges.values() if edge.u.id in gone or edge.v.id in gone]
+        numbers = {edge.id for edge in lost}
         self._ends = None
-        self._tables = _Tables(vertices, edges)
-        for edge in gone:
-            _let_go(edge)
+        self._tables = _Tables(
+            {number: each for number, each in vertices.items() if number not in gone},
+            {number: each for number, each in edges.items() if number not in numbers},
+        )
+        return lost
+
+    def _additions_undone(self) -> Undo:
+        """Return what takes back the vertices and edges that are added from now on."""
+        last = max((next(reversed(table), -1) for table in self._tables), default=-1)
+
+        def undo() -> None:
+            vertices, edges = self._tables
+            added = [edge for number, edge in edges.items() if number > last]
+            self._ends = None
+            self._tables = _Tables(
+                {number: each for number, each in vertices.items() if number <= last},
+                {number: each for number, each in edges.items() if number <= last},
+            )
+            let_go(added)
+
+        return undo
 
     def remove_edge(self, edge: Edge) -> None:
         """Remove an edge. Raises ConvexSetError unless it is of this graph."""
         self._check_edge(edge, "remove_edge: edge")
         self._ends = None
         del self._edges[edge.id]
-        _let_go(edge)
+        let_go([edge])
 
     def is_valid(self, of: Vertex | Edge) -> bool:
         """Tell whether a vertex or an edge is of this graph."""

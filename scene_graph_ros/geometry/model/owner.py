@@ -66,6 +66,17 @@ class ModelOwner(NotCopied):
                 self._do(made)
             return result
 
+    def all_or_nothing(self, changes: Callable[[], Result]) -> Result:
+        """Make several changes; where that raises, or is interrupted, none of them is made."""
+        with self._lock:
+            before = self.share()  # so that they are made to a copy
+            try:
+                return changes()
+            except BaseException:
+                self._edit = None
+                self._state = before
+                raise
+
     def _finish(self) -> None:
         """Do the writes of the last edit; may be interrupted, and is then done again."""
         with self._lock:

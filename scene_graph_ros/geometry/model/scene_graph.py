@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, ClassVar, TYPE_CHECKING
+from typing import Any, ClassVar, TYPE_CHECKING, TypeVar
 
 from scene_graph_ros.geometry.accuracy import Accuracy, as_accuracy, as_engine, Engine
 from scene_graph_ros.geometry.model import alteration, registration, removal
@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from scene_graph_ros.geometry.query.query_object import QueryObject
 
 __all__ = ["SceneGraph"]
+
+Result = TypeVar("Result")
 
 
 def _set(edit: Edit, setting: str, value: Any) -> None:
@@ -91,6 +93,16 @@ class SceneGraph(RendererRegistry, NotCopied):
         if not isinstance(context, Context):
             raise TypeError(f"context must come from create_default_context(), not {context!r}")
         return context
+
+    def all_or_nothing(
+        self, changes: Callable[[], Result], *, context: Context | None = None
+    ) -> Result:
+        """Call what makes several changes, and return what it returns.
+
+        Where it raises, or is interrupted, none of them is made; poses stay what they became.
+        Other threads' changes of the same model wait. It takes a copy of the model's tables.
+        """
+        return self._owner(context).all_or_nothing(changes)
 
     # Accuracy.
 

@@ -30,7 +30,7 @@ PARAMETERS: tuple[Parameter, ...] = (
         "",
         "Folders, separated by colons, below which requests may name YAML, URDF and SRDF files,"
         " beside packages' share folders, the start scene's package or folder, and"
-        " regions_folder.",
+        " regions_folder. Where it is set, meshes and pictures of requests lie there, too.",
         read_only=True,
     ),
     Parameter(

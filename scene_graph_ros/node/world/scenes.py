@@ -67,12 +67,15 @@ class SceneLoader:
         effect_names: Collection[str],
         texts: Mapping[Path, str] | None = None,
         folders: tuple[Path, ...] | None = None,
+        *,
+        holds_meshes: bool = False,
     ) -> None:
         """``package_paths`` are folders separated by colons.
 
         ``effect_names`` are the effects that a scene may switch off; ``texts`` has what files say
         that are not to be read, by their paths. Requests name texts below ``folders``, and those
-        that packages share; None: anywhere.
+        that packages share; None: anywhere. ``holds_meshes`` is whether meshes and pictures of
+        requests have to lie there, too.
         """
         self._texts = {} if texts is None else texts
         self._folders = tuple(Path(part) for part in package_paths.split(":") if part)
@@ -80,13 +83,13 @@ class SceneLoader:
         if folders is None:
             self._reach = Reach()
         else:
-            self._reach = Reach((*self._packages.folders(), *folders))
+            self._reach = Reach((*self._packages.folders(), *folders), holds_meshes)
         self._check_pose_type = check_pose_type
         self._effect_names = effect_names
 
     def resolve(self, resource: str) -> Path:
-        """Return the file behind a path, ``file://`` or ``package://`` address."""
-        return resolve_resource(resource, packages=self._packages)
+        """Return the file of a request behind a path, ``file://`` or ``package://`` address."""
+        return resolve_resource(resource, packages=replace(self._packages, reach=self._reach))
 
     def requested_text(self, resource: str) -> tuple[str, str]:
         """Return as ``text`` does, if a request may name the file."""
@@ -229,5 +232,8 @@ def loader_of(
     """
     paths, scene = parameter("package_paths"), parameter("scene")
     path = SceneLoader(paths, check_pose_type, effect_names).resolve(scene) if scene else None
-    folders = folders_of(parameter("resource_folders"), path, parameter("regions_folder"))
-    return SceneLoader(paths, check_pose_type, effect_names, folders=folders)
+    named = parameter("resource_folders")
+    folders = folders_of(named, path, parameter("regions_folder"))
+    return SceneLoader(
+        paths, check_pose_type, effect_names, folders=folders, holds_meshes=bool(named)
+    )

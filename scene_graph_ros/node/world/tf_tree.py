@@ -35,7 +35,18 @@ _MOST_KEPT = 2000
 """Transforms kept of one frame: ten seconds at 200 Hz."""
 
 _MOST_FRAMES = 20_000
-"""Frames that are known at most; a robot has some hundred."""
+"""Frames that are known at most; a robot has some hundred. Those that were silent for `HISTORY`
+make room for others."""
+
+_MOST_IN_ALL = 200_000
+"""Transforms kept of all frames, some 50 MB: ten seconds of a hundred frames at 200 Hz. Where
+there are more, frames keep `_FEW` of theirs."""
+
+_FEW = 2
+"""Transforms between which one is interpolated."""
+
+_LOOK_AGAIN = 1_000_000_000
+"""Nanoseconds after which silent frames are looked for again."""
 
 _SMALL_ANGLE = 1e-9
 """rad: below it a turn is as good as none, and slerp would divide by nothing."""
@@ -63,8 +74,8 @@ class _Edge:
     stamps: list[int] = field(default_factory=list)
     poses: list[Pose] = field(default_factory=list)
 
-    def put(self, stamp: int, X: Pose) -> bool:
-        """Keep a pose; False for one that is kept already."""
+    def put(self, stamp: int, X: Pose, most: int) -> bool:
+        """Keep a pose, and ``most`` in all; False for one that is kept already."""
         if self.is_static:
             is_new = not (self.poses and np.array_equal(self.poses[0], X))
             self.stamps[:], self.poses[:] = [stamp], [X]
@@ -75,7 +86,7 @@ class _Edge:
         self.stamps.insert(i, stamp)
         self.poses.insert(i, X)
         first = bisect_left(self.stamps, self.stamps[-1] - HISTORY)
-        first = max(first, len(self.stamps) - _MOST_KEPT)
+        first = max(first, len(self.stamps) - most)
         del self.stamps[:first], self.poses[:first]
         return i >= first
 
@@ -115,6 +126,8 @@ class TfTree:
     def __init__(self, *, interpolates: bool = True) -> None:
         self.interpolates = interpolates
         self._edges: dict[str, _Edge] = {}
+        self._count = 0
+        self._looked = -_LOOK_AGAIN
 
     def newest(self, frame: str) -> int | None:
         """Return the newest stamp of a frame in its parent, None where it was not heard."""
@@ -131,16 +144,36 @@ class TfTree:
             if edge is not None and edge.stamps and stamp < edge.stamps[-1] and not is_static:
                 return False
             if edge is None and len(self._edges) >= _MOST_FRAMES:
-                return False
+                if not is_static:  # else the stamp is no time
+                    self._drop_silent(stamp)
+                if len(self._edges) >= _MOST_FRAMES:
+                    return False
+            self._count -= 0 if edge is None else len(edge.stamps)
             edge = self._edges[frame] = _Edge(parent, is_static)
-        return edge.put(stamp, X)
+        before = len(edge.stamps)
+        is_new = edge.put(stamp, X, _MOST_KEPT if self._count < _MOST_IN_ALL else _FEW)
+        self._count += len(edge.stamps) - before
+        return is_new
+
+    def _drop_silent(self, stamp: int) -> None:
+        """Forget frames that move and were not heard for `HISTORY` before a stamp."""
+        if stamp - self._looked < _LOOK_AGAIN:
+            return
+        self._looked = stamp
+        oldest = stamp - HISTORY
+        for frame, edge in list(self._edges.items()):
+            if not edge.is_static and edge.stamps[-1] < oldest:
+                self._count -= len(edge.stamps)
+                del self._edges[frame]
 
     def forget(self, after: int) -> None:
         """Forget what is stamped later than ``after`` and moves: the clock jumped back."""
+        self._looked = min(self._looked, after)
         for frame, edge in list(self._edges.items()):
             if edge.is_static:
                 continue
             last = bisect_left(edge.stamps, after + 1)
+            self._count -= len(edge.stamps) - last
             del edge.stamps[last:], edge.poses[last:]
             if not edge.stamps:
                 del self._edges[frame]

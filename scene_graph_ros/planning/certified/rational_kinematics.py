@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.planning.certified.errors import CertificateError
 from scene_graph_ros.planning.certified.polynomials import (
     constant,
@@ -85,7 +86,7 @@ class RationalForwardKinematics:
                     f" {joint.multiplier:g}; that of a revolute joint must be -1, 0 or 1"
                 )
         self.tree = tree
-        star = tree.zero_configuration() if q_star is None else np.asarray(q_star)
+        star = tree.zero_configuration() if q_star is None else _numbers("q_star", q_star)
         self.q_star: NDArray[np.float64] = tree.checked_configurations(star[np.newaxis])[0].copy()
         self.turns: NDArray[np.bool_] = np.zeros(tree.num_positions, dtype=np.bool_)
         self._starts = [int(start) for start in tree.table.starts]
@@ -105,7 +106,7 @@ class RationalForwardKinematics:
 
         Raises CertificateError for an angle that is half a turn or more from q_star.
         """
-        way = np.asarray(q, dtype=np.float64) - self.q_star
+        way = self._rows("q", q) - self.q_star
         far = self.turns & (np.abs(way) > _WIDEST)
         if far.any():
             column = int(np.argwhere(far)[0][-1])
@@ -117,8 +118,17 @@ class RationalForwardKinematics:
 
     def compute_q_value(self, s: ArrayLike) -> NDArray[np.float64]:
         """Return configurations ``(..., nq)`` of s ``(..., nq)``."""
-        values = np.asarray(s, dtype=np.float64)
+        values = self._rows("s", s)
         return self.q_star + np.where(self.turns, 2.0 * np.arctan(values), values)
+
+    def _rows(self, name: str, values: ArrayLike) -> NDArray[np.float64]:
+        """Return numbers ``(..., nq)``. Raises CertificateError."""
+        found = _numbers(name, values)
+        if found.shape[-1:] != (self.tree.num_positions,):
+            raise CertificateError(
+                f"{name} must have shape (..., {self.tree.num_positions}), not {found.shape}"
+            )
+        return found
 
     def s_limits(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return limits ``(nq,)`` of s, from those of the joints; infinite where there is none.
@@ -251,3 +261,11 @@ def _placed(pose: RationalPose, R: NDArray[np.float64], p: NDArray[np.float64]) 
         row[3] = weighted_sum([(Fraction(1), row[3]), (_exact(p[i]), pose.denominator)])
         rows.append(row)
     return RationalPose(rows, pose.denominator)
+
+
+def _numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    rule = f"{name} must be finite numbers"
+    found = real_array(values, rule, CertificateError)
+    if not np.isfinite(found).all():
+        raise CertificateError(f"{rule}: {quoted(values)}")
+    return found

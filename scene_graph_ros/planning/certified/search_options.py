@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import enum
 import math
 
-import numpy as np
-
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.planning.certified.errors import CertificateError
 
 __all__ = ["BilinearAlternationOptions", "BinarySearchOptions", "EllipsoidMarginCost"]
@@ -89,7 +88,7 @@ class BilinearAlternationOptions:
                 "ellipsoid_margin_epsilon must be positive, not"
                 f" {quoted(self.ellipsoid_margin_epsilon)}"
             )
-        points = np.asarray(self.s_inner_pts)
+        points = real_array(self.s_inner_pts, "s_inner_pts must be numbers", CertificateError)
         object.__setattr__(self, "s_inner_pts", tuple(map(tuple, points.tolist())))
 
 

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.shapes.half_space import HalfSpace
 from scene_graph_ros.geometry.shapes.shape import Shape
+from scene_graph_ros.geometry.spatial.poses import as_pose
 from scene_graph_ros.planning.checker.added_shapes import AddedShape, BodyShapeDescription
 from scene_graph_ros.planning.checker.body_matrices import BodyMatrices
 from scene_graph_ros.planning.checker.checker_bodies import AnyBody, CheckerBody
@@ -107,7 +108,7 @@ class ChangingChecker:
     ) -> bool:
         """Add a shape to body A, at ``X_AG`` ``(4, 4)``; see `add_collision_shape`."""
         body = self._state.bodies.find(bodyA, "bodyA")
-        pose = np.asarray(X_AG)
+        pose = as_pose(X_AG, f"X_AG in {body.body_name!r}")
         names = body.model_instance_name, body.body_name
         return self.add_collision_shape(group_name, BodyShapeDescription(shape, pose, *names))
 

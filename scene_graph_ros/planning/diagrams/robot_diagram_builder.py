@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from scene_graph_ros.geometry import SceneGraph
 from scene_graph_ros.geometry.errors import SceneGraphError
+from scene_graph_ros.geometry.model.ids import SourceId
 from scene_graph_ros.geometry.spatial.poses import as_pose
 from scene_graph_ros.located import suggestion
 from scene_graph_ros.planning.diagrams.robot_diagram import RobotDiagram
@@ -24,6 +26,14 @@ class DiagramBuiltError(SceneGraphError, RuntimeError):
     """A builder was asked for something after it had built its diagram."""
 
 
+class _Added(NamedTuple):
+    """What was added at once. It counts while its sources are registered."""
+
+    sources: frozenset[SourceId]
+    robots: dict[str, LoadedRobot]
+    scene: LoadedScene | None = None
+
+
 class RobotDiagramBuilder:
     """Makes a `RobotDiagram` of robots, scene files, and what is registered by hand.
 
@@ -33,8 +43,7 @@ class RobotDiagramBuilder:
     def __init__(self) -> None:
         """Begin with an empty scene graph."""
         self._scene_graph = SceneGraph()
-        self._scenes: list[LoadedScene] = []
-        self._robots: dict[str, LoadedRobot] = {}
+        self._added: list[_Added] = []
         self._is_built = False
 
     def is_diagram_built(self) -> bool:
@@ -54,12 +63,17 @@ class RobotDiagramBuilder:
         SceneFileError naming file, line and key, and then has added nothing.
         """
         self._require_open("add_scene")
-        scene = load_scene(path).apply(self._scene_graph, prefix=prefix)
-        self._scenes.append(scene)
-        for source in scene.sources.values():
-            if source.robot is not None:
-                self._robots[source.name] = source.robot
-        return scene
+        read = load_scene(path)
+
+        def add() -> LoadedScene:
+            scene = read.apply(self._scene_graph, prefix=prefix)
+            named = scene.sources.values()
+            robots = {source.name: source.robot for source in named if source.robot is not None}
+            sources = frozenset(source.source_id for source in named)
+            self._added.append(_Added(sources, robots, scene))
+            return scene
+
+        return self._scene_graph.all_or_nothing(add)
 
     def add_robot(
         self,
@@ -92,8 +106,9 @@ class RobotDiagramBuilder:
                     f"positions: robot {name!r} has no joint {joint!r} with a position"
                     f"{suggestion(joint, known)}"
                 )
-        source = self._scene_graph.register_source(name)
-        try:
+
+        def add() -> LoadedRobot:
+            source = self._scene_graph.register_source(name)
             frames = register_robot(
                 model,
                 self._scene_graph,
@@ -104,11 +119,10 @@ class RobotDiagramBuilder:
             )
             robot = LoadedRobot(model, semantics, frames, pose, dict(positions or {}), "")
             robot.frame_poses()
-        except Exception:
-            self._scene_graph.remove_source(source)
-            raise
-        self._robots[name] = robot
-        return robot
+            self._added.append(_Added(frozenset([source]), {name: robot}))
+            return robot
+
+        return self._scene_graph.all_or_nothing(add)
 
     def build(self) -> RobotDiagram:
         """Return the robots and the scene, all where it starts.
@@ -117,17 +131,20 @@ class RobotDiagramBuilder:
         KinematicTreeError where there is none, and then more can be added.
         """
         self._require_open("build")
-        if not self._robots:
+        is_there = self._scene_graph.source_is_registered
+        added = [each for each in self._added if all(map(is_there, each.sources))]
+        robots = {name: robot for each in added for name, robot in each.robots.items()}
+        if not robots:
             raise KinematicTreeError("the diagram has no robot to plan for")
         context = self._scene_graph.create_default_context()
-        for scene in self._scenes:
+        for scene in (each.scene for each in added if each.scene is not None):
             scene.set_initial_poses(context)
         inspector = context.inspector()
-        for robot in self._robots.values():
+        for robot in robots.values():
             poses = robot.frame_poses()
             if poses:
                 context.set_frame_poses(inspector.get_owning_source_id(next(iter(poses))), poses)
-        result = RobotDiagram.of_loaded(self._robots, self._scene_graph, context)
+        result = RobotDiagram.of_loaded(robots, self._scene_graph, context)
         self._is_built = True
         return result
 

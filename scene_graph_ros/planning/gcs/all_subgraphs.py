@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
+from scene_graph_ros.convex.graphs.model.whole_edits import as_before, Undo, WholeEdits
 from scene_graph_ros.convex.questions.arguments import as_nonnegative
 from scene_graph_ros.planning.gcs.arguments import as_bounds, as_count, as_weights
 from scene_graph_ros.planning.gcs.edges_between_subgraphs import EdgesBetweenSubgraphs
@@ -22,15 +23,31 @@ class AllSubgraphs:
         self._subgraphs: list[Subgraph] = []
         self._between: list[EdgesBetweenSubgraphs] = []
         self._rules: list[Callable[[JoinedEdges], None]] = []
+        self._whole_edits = WholeEdits()
 
     def _apply_rules(self, to: JoinedEdges) -> None:
         for rule in self._rules:
             rule(to)
 
-    def _rule(self, rule: Callable[[JoinedEdges], None]) -> None:
+    def _undos(self) -> Iterable[Undo]:
+        """Return what undoes an edit of the lists here."""
+        yield as_before(self, ("_subgraphs", "_between", "_rules"))
+
+    def _undos_of_all(self) -> Iterable[Undo]:
+        """Return what undoes an edit of all that there is."""
+        yield from self._undos()
         for each in (*self._subgraphs, *self._between):
-            rule(each)
-        self._rules.append(rule)
+            yield from each._undos()
+
+    def _rule(self, rule: Callable[[JoinedEdges], None]) -> None:
+        """Have a rule hold for all that there is, and for what comes."""
+
+        def change() -> None:
+            for each in (*self._subgraphs, *self._between):
+                rule(each)
+            self._rules.append(rule)
+
+        self._whole_edits.make(self._undos_of_all, change)
 
     def _rule_of_regions(self, change: Callable[[Subgraph], None]) -> None:
         """Change each subgraph whose segments take time, now and later."""

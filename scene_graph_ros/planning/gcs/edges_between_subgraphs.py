@@ -9,6 +9,7 @@ import numpy as np
 from scene_graph_ros.convex.errors import ConvexSetError
 from scene_graph_ros.convex.graphs.graph import GraphOfConvexSets
 from scene_graph_ros.convex.graphs.model.edge import Edge, Vertex
+from scene_graph_ros.convex.graphs.model.whole_edits import whole_edit, WholeEdits
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
 from scene_graph_ros.convex.sets.hyperrectangle import Hyperrectangle
@@ -28,12 +29,13 @@ class EdgesBetweenSubgraphs(JoinedEdges):
     def __init__(
         self,
         graph: GraphOfConvexSets,
+        whole_edits: WholeEdits,
         from_subgraph: Subgraph,
         to_subgraph: Subgraph,
         subspace: ConvexSet | None,
     ) -> None:
         name = f"{from_subgraph.name} -> {to_subgraph.name}"
-        super().__init__(graph, from_subgraph.variables, to_subgraph.variables, name)
+        super().__init__(graph, whole_edits, from_subgraph.variables, to_subgraph.variables, name)
         self._from, self._to = from_subgraph, to_subgraph
         self._subspace = _as_rows(subspace, name)
         self._bounds: list[Bounds] = []
@@ -64,6 +66,7 @@ class EdgesBetweenSubgraphs(JoinedEdges):
             edge.add_constraint(A @ at == b if is_equation else A @ at <= b)
         return edge
 
+    @whole_edit
     def add_velocity_bounds(self, lb: Any, ub: Any) -> None:
         """Ask for ``lb <= dq/dt <= ub`` ``(n,)`` where the two segments meet, of both.
 
@@ -81,6 +84,7 @@ class EdgesBetweenSubgraphs(JoinedEdges):
                         edge.add_constraint(sign * rate[rows] <= (sign * bound[rows])[:, None] @ h)
         self._bounds.append((1, low, high))
 
+    @whole_edit
     def add_nonlinear_derivative_bounds(self, lb: Any, ub: Any, derivative_order: int) -> None:
         """Ask for ``lb <= q^(N) <= ub`` ``(n,)`` where the two segments meet, of both.
 
@@ -97,6 +101,7 @@ class EdgesBetweenSubgraphs(JoinedEdges):
         self._bounds.append((order, low, high))
         self.has_nonlinear_bounds = True
 
+    @whole_edit
     def add_zero_derivative_constraints(self, derivative_order: int) -> None:
         """Ask that a derivative of q(t) is 0 where the two segments meet, of both.
 

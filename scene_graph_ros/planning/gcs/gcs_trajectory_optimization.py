@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 import dataclasses
 import itertools
 from typing import Any
@@ -10,12 +10,13 @@ from typing import Any
 import numpy as np
 
 from scene_graph_ros.convex.errors import ConvexSetError
-from scene_graph_ros.convex.graphs.graph import GraphOfConvexSets
+from scene_graph_ros.convex.graphs.graph import GraphOfConvexSets, let_go
 from scene_graph_ros.convex.graphs.model.edge import Edge, Vertex
 from scene_graph_ros.convex.graphs.model.options import (
     GcsGraphvizOptions,
     GraphOfConvexSetsOptions,
 )
+from scene_graph_ros.convex.graphs.model.whole_edits import as_before, Undo
 from scene_graph_ros.convex.graphs.search.result import GraphOfConvexSetsResult
 from scene_graph_ros.convex.questions.arguments import as_nonnegative
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
@@ -77,14 +78,17 @@ class GcsTrajectoryOptimization(AllSubgraphs):
     @property
     def graph_of_convex_sets(self) -> GraphOfConvexSets:
         """The graph that is solved, to look into."""
+        self._whole_edits.settle()
         return self._graph
 
     def get_subgraphs(self) -> list[Subgraph]:
         """Return all subgraphs, in the order in which they were added."""
+        self._whole_edits.settle()
         return list(self._subgraphs)
 
     def get_edges_between_subgraphs(self) -> list[EdgesBetweenSubgraphs]:
         """Return all edges between subgraphs, in the order in which they were added."""
+        self._whole_edits.settle()
         return list(self._between)
 
     # What there is.
@@ -129,25 +133,20 @@ class GcsTrajectoryOptimization(AllSubgraphs):
             )
         elif edge_offsets is not None:
             raise ConvexSetError(f"{label}: edge_offsets need edges_between_regions")
+        called = name or f"subgraph {len(self._subgraphs)}"
         variables = SegmentVariables(count, self._num_positions)
-        subgraph = Subgraph(
-            self._graph,
-            regions,
-            variables,
-            (low, high),
-            name or f"subgraph {len(self._subgraphs)}",
-        )
-        try:
-            if pairs is None:
-                pairs = meeting_inside(subgraph, self._joints)
-            self._connect(subgraph, subgraph, subgraph, pairs)
-        except ConvexSetError:
-            for vertex in subgraph.vertices:
-                self._graph.remove_vertex(vertex)
-            raise
-        self._subgraphs.append(subgraph)
-        self._apply_rules(subgraph)
-        return subgraph
+
+        def add() -> Subgraph:
+            subgraph = Subgraph(
+                self._graph, self._whole_edits, regions, variables, (low, high), called
+            )
+            meeting = meeting_inside(subgraph, self._joints) if pairs is None else pairs
+            self._connect(subgraph, subgraph, subgraph, meeting)
+            self._subgraphs.append(subgraph)
+            self._apply_rules(subgraph)
+            return subgraph
+
+        return self._whole_edits.make(self._undos, add)
 
     def _check_region(self, region: Any, label: str) -> None:
         if not isinstance(region, ConvexSet):
@@ -180,7 +179,9 @@ class GcsTrajectoryOptimization(AllSubgraphs):
             raise ConvexSetError(f"{label}: to_subgraph must be another one than from_subgraph")
         if subspace is not None:
             self._check_region(subspace, f"{label}: subspace")
-        between = EdgesBetweenSubgraphs(self._graph, from_subgraph, to_subgraph, subspace)
+        between = EdgesBetweenSubgraphs(
+            self._graph, self._whole_edits, from_subgraph, to_subgraph, subspace
+        )
         if edges_between_regions is not None:
             sizes = (from_subgraph.size, to_subgraph.size)
             pairs = as_pairs(
@@ -190,10 +191,18 @@ class GcsTrajectoryOptimization(AllSubgraphs):
             raise ConvexSetError(f"{label}: edge_offsets need edges_between_regions")
         else:
             pairs = meeting_between(from_subgraph, to_subgraph, self._joints, subspace)
-        self._connect(between, from_subgraph, to_subgraph, pairs)
-        self._between.append(between)
-        self._apply_rules(between)
-        return between
+
+        def add() -> EdgesBetweenSubgraphs:
+            self._connect(between, from_subgraph, to_subgraph, pairs)
+            self._between.append(between)
+            self._apply_rules(between)
+            return between
+
+        return self._whole_edits.make(self._undos, add)
+
+    def _undos(self) -> Iterable[Undo]:
+        yield self._graph._additions_undone()
+        yield from super()._undos()
 
     def _connect(
         self, edges: JoinedEdges, first: Subgraph, second: Subgraph, pairs: Pairs
@@ -204,16 +213,26 @@ class GcsTrajectoryOptimization(AllSubgraphs):
     def remove_subgraph(self, subgraph: Subgraph) -> None:
         """Remove a subgraph, with all edges to and from it. Raises ConvexSetError."""
         self._check_subgraph(subgraph, "GcsTrajectoryOptimization.remove_subgraph: subgraph")
-        for vertex in subgraph.vertices:
-            self._graph.remove_vertex(vertex)
-        self._subgraphs.remove(subgraph)
-        self._between = [
-            each
-            for each in self._between
-            if subgraph not in (each.from_subgraph, each.to_subgraph)
-        ]
+        gone = {vertex.id for vertex in subgraph.vertices}
+
+        def undos() -> Iterable[Undo]:
+            yield as_before(self._graph, ("_tables", "_ends"))
+            yield from super(GcsTrajectoryOptimization, self)._undos()
+
+        def remove() -> list[Edge]:
+            edges = self._graph._without(gone)
+            self._subgraphs = [each for each in self._subgraphs if each is not subgraph]
+            self._between = [
+                each
+                for each in self._between
+                if subgraph not in (each.from_subgraph, each.to_subgraph)
+            ]
+            return edges
+
+        let_go(self._whole_edits.make(undos, remove))
 
     def _check_subgraph(self, subgraph: Any, label: str) -> None:
+        self._whole_edits.settle()
         if not any(each is subgraph for each in self._subgraphs):
             raise ConvexSetError(
                 f"{label} must be a subgraph of this object, not {quoted(subgraph)}"
@@ -248,22 +267,18 @@ class GcsTrajectoryOptimization(AllSubgraphs):
             )
         if chosen.convex_relaxation is None:
             chosen = dataclasses.replace(chosen, convex_relaxation=True)
-        added: list[Vertex] = []
-        try:
-            begin = self._one_vertex(source, True, added)
-            end = self._one_vertex(target, False, added)
-            found = self._graph.solve_shortest_path(begin, end, chosen)
-            return self._solved(found)
-        finally:
-            for vertex in added:
-                self._graph.remove_vertex(vertex)
 
-    def _one_vertex(self, subgraph: Subgraph, is_source: bool, added: list[Vertex]) -> Vertex:
+        def find() -> Solved:
+            begin, end = self._one_vertex(source, True), self._one_vertex(target, False)
+            return self._solved(self._graph.solve_shortest_path(begin, end, chosen))
+
+        return self._whole_edits.try_out(lambda: [self._graph._additions_undone()], find)
+
+    def _one_vertex(self, subgraph: Subgraph, is_source: bool) -> Vertex:
         """Return the only vertex of a subgraph, or a new one next to all of them."""
         if subgraph.size == 1:
             return subgraph.vertices[0]
         single = self._graph.add_vertex(Point(), f"any of {subgraph.name}")
-        added.append(single)
         for vertex in subgraph.vertices:
             ends = (single, vertex) if is_source else (vertex, single)
             self._graph.add_edge(*ends)
@@ -279,6 +294,7 @@ class GcsTrajectoryOptimization(AllSubgraphs):
         Raises ConvexSetError for vertices between which there is no edge, or more than one.
         """
         label = "GcsTrajectoryOptimization.solve_convex_restriction: active_vertices"
+        self._whole_edits.settle()
         if len(active_vertices) < 2:
             raise ConvexSetError(f"{label} must be two or more, not {len(active_vertices)}")
         edges: list[Edge] = []
@@ -333,7 +349,7 @@ class GcsTrajectoryOptimization(AllSubgraphs):
         options: GcsGraphvizOptions | None = None,
     ) -> str:
         """Return the graph in the DOT language, with a result's numbers where one is given."""
-        return self._graph.get_graphviz_string(
+        return self.graph_of_convex_sets.get_graphviz_string(
             None if result is None else result.graph_result, options
         )
 

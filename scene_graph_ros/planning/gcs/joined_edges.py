@@ -15,6 +15,7 @@ from scene_graph_ros.convex.graphs.expressions.transcription import (
 )
 from scene_graph_ros.convex.graphs.graph import GraphOfConvexSets
 from scene_graph_ros.convex.graphs.model.edge import Edge, Vertex
+from scene_graph_ros.convex.graphs.model.whole_edits import as_before, Undo, whole_edit, WholeEdits
 from scene_graph_ros.convex.questions.arguments import as_vector
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.gcs.arguments import as_count
@@ -48,10 +49,12 @@ class JoinedEdges:
     def __init__(
         self,
         graph: GraphOfConvexSets,
+        whole_edits: WholeEdits,
         first: SegmentVariables,
         second: SegmentVariables,
         name: str,
     ) -> None:
+        self._whole_edits = whole_edits
         self._graph, self._first, self._second, self._name = graph, first, second, name
         self._edges: list[Edge] = []
         self._offsets: dict[int, np.ndarray] = {}
@@ -61,6 +64,16 @@ class JoinedEdges:
         self._has_tied_durations = False
         self.has_nonlinear_bounds = False
         """Whether derivatives above the first are bounded."""
+
+    def _undos(self) -> Iterable[Undo]:
+        """Return what undoes an edit of all edges, or vertices, here."""
+        yield as_before(self, vars(self))
+        for part in self._parts():
+            yield as_before(part, ("_costs", "_constraints"))
+
+    def _parts(self) -> Iterable[Vertex | Edge]:
+        """Return what has costs and constraints here."""
+        return self._edges
 
     @property
     def name(self) -> str:
@@ -100,6 +113,7 @@ class JoinedEdges:
         """Orders and bounds of what derivatives of q(t) keep where segments meet: none."""
         return ()
 
+    @whole_edit
     def add_path_continuity_constraints(self, continuity_order: int) -> None:
         """Ask that derivatives of r(s) of orders from 1 to ``continuity_order`` go on.
 
@@ -120,6 +134,7 @@ class JoinedEdges:
         self._continuity = max(self._continuity, order)
         self._tie_durations()
 
+    @whole_edit
     def add_continuity_constraints(self, continuity_order: int) -> None:
         """Ask that the derivative of q(t) of this order, 1 or above, goes on along these edges.
 
@@ -188,6 +203,7 @@ class JoinedEdges:
         label = f"{self._name}: edge_constituent_vertex_durations"
         return duration(self._first, U, label), duration(self._second, V, label)
 
+    @whole_edit
     def add_edge_cost(self, cost: Any, use_in_transcription: Used = ALL_TRANSCRIPTIONS) -> None:
         """Add a cost to each edge, of `edge_constituent_vertex_control_points` and durations.
 
@@ -198,6 +214,7 @@ class JoinedEdges:
             meant = {U: edge.u.id, V: edge.v.id}
             edge.add_cost(placed_cost(cost, meant, label), use_in_transcription)
 
+    @whole_edit
     def add_edge_constraint(
         self, constraint: Any, use_in_transcription: Used = ALL_TRANSCRIPTIONS
     ) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 import itertools
 from typing import Any
 
@@ -12,7 +12,8 @@ from scene_graph_ros.convex.errors import ConvexSetError
 from scene_graph_ros.convex.graphs.expressions.expressions import norm, sum_squares
 from scene_graph_ros.convex.graphs.expressions.transcription import ALL_TRANSCRIPTIONS
 from scene_graph_ros.convex.graphs.graph import GraphOfConvexSets
-from scene_graph_ros.convex.graphs.model.edge import Vertex
+from scene_graph_ros.convex.graphs.model.edge import Edge, Vertex
+from scene_graph_ros.convex.graphs.model.whole_edits import whole_edit, WholeEdits
 from scene_graph_ros.convex.questions.arguments import as_nonnegative
 from scene_graph_ros.convex.sets.cartesian_product import CartesianProduct
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
@@ -43,29 +44,28 @@ class Subgraph(JoinedEdges):
     def __init__(
         self,
         graph: GraphOfConvexSets,
+        whole_edits: WholeEdits,
         regions: Sequence[ConvexSet],
         variables: SegmentVariables,
         durations: tuple[float, float],
         name: str,
     ) -> None:
-        super().__init__(graph, variables, variables, name)
+        super().__init__(graph, whole_edits, variables, variables, name)
         self._regions, self._variables = tuple(regions), variables
         self._velocity_bounds: list[tuple[np.ndarray, np.ndarray]] = []
         self._derivative_bounds: list[tuple[int, np.ndarray, np.ndarray]] = []
         self._vertices: list[Vertex] = []
-        try:
-            for k, region in enumerate(regions):
-                points = _points_and_duration(region, variables, durations)
-                if not points.is_bounded():
-                    raise ConvexSetError(
-                        f"add_regions: set of '{name}[{k}]', {quoted(region)}, is unbounded;"
-                        " intersect it with a box"
-                    )
-                self._vertices.append(graph.add_vertex(points, f"{name}[{k}]"))
-        except ConvexSetError:
-            for vertex in self._vertices:
-                graph.remove_vertex(vertex)
-            raise
+        for k, region in enumerate(regions):
+            points = _points_and_duration(region, variables, durations)
+            if not points.is_bounded():
+                raise ConvexSetError(
+                    f"add_regions: set of '{name}[{k}]', {quoted(region)}, is unbounded;"
+                    " intersect it with a box"
+                )
+            self._vertices.append(graph.add_vertex(points, f"{name}[{k}]"))
+
+    def _parts(self) -> Iterable[Vertex | Edge]:
+        return (*self._vertices, *self._edges)
 
     @property
     def order(self) -> int:
@@ -97,6 +97,7 @@ class Subgraph(JoinedEdges):
         """The bounds ``(n,)`` and ``(n,)`` that velocities have to keep."""
         return list(self._velocity_bounds)
 
+    @whole_edit
     def add_time_cost(self, weight: float = 1.0) -> None:
         """Add ``weight`` times the duration of each segment. Raises ConvexSetError for order 0."""
         label = f"{self._name}: add_time_cost"
@@ -104,6 +105,7 @@ class Subgraph(JoinedEdges):
         for vertex in self._vertices:
             vertex.add_cost(number * duration(self._variables, vertex.id, label))
 
+    @whole_edit
     def add_path_length_cost(self, weight: Any = 1.0) -> None:
         """Add the sum of ``norm(weight @ (r_(i+1) - r_i))``, a bound of the length from above.
 
@@ -116,6 +118,7 @@ class Subgraph(JoinedEdges):
             for way in self._ways(vertex, "add_path_length_cost"):
                 vertex.add_cost(norm(W @ way))
 
+    @whole_edit
     def add_path_energy_cost(self, weight: Any = 1.0) -> None:
         """Add the sum of ``|weight @ (r_(i+1) - r_i)|^2``, which spreads control points evenly.
 
@@ -129,6 +132,7 @@ class Subgraph(JoinedEdges):
             for way in self._ways(vertex, "add_path_energy_cost"):
                 vertex.add_cost(sum_squares(W @ way))
 
+    @whole_edit
     def add_velocity_bounds(self, lb: Any, ub: Any) -> None:
         """Ask for ``lb <= dq/dt <= ub`` ``(n,)`` at all times: of the derivative's control points.
 
@@ -149,6 +153,7 @@ class Subgraph(JoinedEdges):
                     vertex.add_constraint(self.order * sign * way[rows] <= limit)
         self._velocity_bounds.append((low, high))
 
+    @whole_edit
     def add_nonlinear_derivative_bounds(self, lb: Any, ub: Any, derivative_order: int) -> None:
         """Ask for ``lb <= q^(N)(t) <= ub`` ``(n,)`` at all times, N being 2 or above.
 
@@ -199,6 +204,7 @@ class Subgraph(JoinedEdges):
         """Return the duration of a segment in the same way. Raises ConvexSetError for order 0."""
         return duration(self._variables, HERE, f"{self._name}: vertex_duration")
 
+    @whole_edit
     def add_vertex_cost(self, cost: Any, use_in_transcription: Used = ALL_TRANSCRIPTIONS) -> None:
         """Add a cost to each region, of `vertex_control_points` and `vertex_duration`.
 
@@ -208,6 +214,7 @@ class Subgraph(JoinedEdges):
         for vertex in self._vertices:
             vertex.add_cost(placed_cost(cost, {HERE: vertex.id}, label), use_in_transcription)
 
+    @whole_edit
     def add_vertex_constraint(
         self, constraint: Any, use_in_transcription: Used = ALL_TRANSCRIPTIONS
     ) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.real_arrays import real_array, whole_array
 from scene_graph_ros.planning.optimal_control.arguments import as_bounds, as_count
 from scene_graph_ros.planning.optimal_control.casadi_backend import get_casadi
 from scene_graph_ros.planning.optimal_control.errors import TrajectoryOptimizationError
@@ -117,7 +118,7 @@ class NonlinearProgram(ProgramParts):
         self._check_symbols(label, rows)
         about = np.zeros((rows.shape[0], 0), dtype=np.int64)
         if knots is not None:
-            given = np.asarray(knots, dtype=np.int64)
+            given = _as_knots(knots)
             about = np.broadcast_to(given, (rows.shape[0], given.shape[-1]))
         made = Constraint(rows, lower, upper, label, about)
         self.constraints.append(made)
@@ -134,7 +135,7 @@ class NonlinearProgram(ProgramParts):
         lower, upper = as_bounds(lb, ub, size)
         made = [
             Constraint(column, lower, upper, label, np.broadcast_to(own, (size, len(own))))
-            for column, own in zip(columns, np.asarray(knots, dtype=np.int64), strict=True)
+            for column, own in zip(columns, _as_knots(knots), strict=True)
         ]
         self.constraints += made
         return made
@@ -228,7 +229,14 @@ class NonlinearProgram(ProgramParts):
                 "a guess is for all variables that one call of new_variables() made"
             )
         symbol = self.variables[k]
-        array = np.broadcast_to(np.asarray(values, dtype=np.float64), symbol.shape[:1])
+        rule = f"the guess of {symbol.name()!r} must be numbers"
+        given = real_array(values, rule, TrajectoryOptimizationError)
+        if given.ndim > 1 or given.size not in (1, symbol.shape[0]):
+            raise TrajectoryOptimizationError(
+                f"the guess of {symbol.name()!r} must be a number, or {symbol.shape[0]}, not of"
+                f" shape {given.shape}"
+            )
+        array = np.broadcast_to(given, symbol.shape[:1])
         if not np.isfinite(array).all():
             raise TrajectoryOptimizationError(
                 f"the guess of {symbol.name()!r} must be finite, not {array}"
@@ -258,3 +266,7 @@ class NonlinearProgram(ProgramParts):
 def _numbers(ca: Any, constant: Any, like: Any) -> NDArray[np.float64]:
     values = np.array(ca.evalf(constant)).ravel(order="F")
     return np.broadcast_to(values, (like.numel(),)) if values.size == 1 else values
+
+
+def _as_knots(knots: ArrayLike) -> NDArray[np.int64]:
+    return whole_array(knots, "knots must be whole numbers", TrajectoryOptimizationError)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
 from scene_graph_ros.planning.checker.path_ends import find_troubles
@@ -160,8 +161,9 @@ def plan_path(
     patience, saving = _numbers(seed, timeout, least_saving)
     slack = _tolerance(start_tolerance)
     checker = checker.clone()  # Others may change theirs meanwhile.
-    if np.ndim(start) != 1:
-        raise PlanningError(f"start must have shape (nq,), not {np.shape(start)}")
+    start = real_array(start, "start must be numbers (nq,)", PlanningError)
+    if start.ndim != 1:
+        raise PlanningError(f"start must have shape (nq,), not {start.shape}")
     targets = _targets(goal)
     reached: Sequence[int] | None = None
     spent = 0.0

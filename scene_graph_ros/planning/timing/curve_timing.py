@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike
 
+from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
 from scene_graph_ros.planning.edges.edge_stretches import FREE
 from scene_graph_ros.planning.parallel.stoppable import run_stoppable, Stops
@@ -22,6 +23,7 @@ from scene_graph_ros.planning.timing.timing_problem import (
     TimingProblem,
     too_late,
 )
+from scene_graph_ros.robots.tree_joint import KinematicTreeError
 from scene_graph_ros.trajectories.bezier_curve import BezierCurve
 from scene_graph_ros.trajectories.composite_trajectory import CompositeTrajectory
 from scene_graph_ros.trajectories.errors import TrajectoryError
@@ -73,7 +75,7 @@ def time_curve(
     """
     problem = timing_problem(
         checker.clone(),
-        np.asarray(at)[np.newaxis],
+        real_array(at, "at must be numbers (nq,)", KinematicTreeError)[np.newaxis],
         limits,
         rise_time,
         as_retimer(retimer, grid_points),

@@ -26,7 +26,7 @@ from scene_graph_ros.views.looks import look_of
 from scene_graph_ros.views.moment import Moment
 from scene_graph_ros.views.sliders import Slider
 
-__all__ = ["Deforming", "Drawing", "Scene"]
+__all__ = ["MOST_CONTACTS", "Deforming", "Drawing", "Scene"]
 
 Entry = dict[str, Any]
 
@@ -106,6 +106,17 @@ class _Blocks(NamedTuple):
         self.textures.update((texture.number, texture.block) for texture in textures)
 
 
+MOST_CONTACTS = 10_000
+"""Points of one moment that are drawn, half a megabyte: 500 bodies in one place have 124 750."""
+
+
+def _deepest(depths: NDArray[np.float64]) -> NDArray[np.int64] | slice:
+    """Return the rows of the deepest contacts, in their order; all where that is not too many."""
+    if len(depths) <= MOST_CONTACTS:
+        return slice(None)
+    return np.sort(np.argpartition(-depths, MOST_CONTACTS)[:MOST_CONTACTS])
+
+
 class Drawing:
     """Makes what pages are told; to be used by one thread."""
 
@@ -118,6 +129,8 @@ class Drawing:
         self._placed: tuple[int, dict[tuple[Role, ...], NDArray[np.float64]]] = (-1, {})
         self._contacts: tuple[tuple[int, int], bytes] = ((-1, -1), b"")
         self._pictures: tuple[int, dict[str, bytes]] = (-1, {})
+        self.most_contacts = 0
+        """Of one moment; of more than ``MOST_CONTACTS`` the deepest are shown."""
 
     def scene(self, moment: Moment, wish: Wish) -> Scene:
         """Return what a page with this wish draws; the same object while it is the same."""
@@ -225,15 +238,17 @@ class Drawing:
         asked = (moment.sequence, moment.contact_sequence)
         if self._contacts[0] != asked:
             points, surfaces, scale = moment.contacts()
-            middle = 0.5 * (points.p_WCa + points.p_WCb)
-            ids = np.stack([points.id_A, points.id_B], axis=1)
-            blocks = contacts_block(middle, ids, points.nhat_BA_W, points.depth)
+            rows = _deepest(points.depth)
+            self.most_contacts = max(self.most_contacts, len(points.depth))
+            middle = 0.5 * (points.p_WCa[rows] + points.p_WCb[rows])
+            ids = np.stack([points.id_A[rows], points.id_B[rows]], axis=1)
+            blocks = contacts_block(middle, ids, points.nhat_BA_W[rows], points.depth[rows])
             if surfaces is not None:
                 # Only where something presses.
                 from scene_graph_ros.views.surfaces import triangles_of
 
-                rows = triangles_of(surfaces)[0].ravel()
-                corners, pressures = surfaces.vertices_W[rows], surfaces.pressure[rows]
+                corner = triangles_of(surfaces)[0].ravel()
+                corners, pressures = surfaces.vertices_W[corner], surfaces.pressure[corner]
                 blocks += surfaces_block(corners, pressures, scale)
             self._contacts = (asked, blocks)
         return self._contacts[1]

@@ -23,7 +23,7 @@ from scene_graph_ros.views.browser.policy import hash_of, policy
 from scene_graph_ros.views.browser.wishes import SHOWN_ROLES, Wish
 from scene_graph_ros.views.moment import Moment
 
-__all__ = ["PageFile"]
+__all__ = ["MOST_BYTES", "PageFile"]
 
 _GZIP = 16 + zlib.MAX_WBITS
 _HEAD = struct.Struct("<II")
@@ -32,6 +32,9 @@ _WISH = Wish(SHOWN_ROLES, contacts=True)
 
 _WHOLE_EVERY = 64
 """Moments: after so many, one is told as a whole, too."""
+
+MOST_BYTES = 1 << 29
+"""Of all blocks, unpacked: 512 MiB, which the page has to hold at once."""
 
 _IMPORT = re.compile(r"^import (\{[^}]*\}) from \"\./(\w+)\.js\";$", re.MULTILINE)
 _EXPORT = re.compile(r"^export (?=(?:class|const|function) (\w+))", re.MULTILINE)
@@ -63,6 +66,14 @@ class PageFile:
             whole = Cursor().message(moment, _WISH, self._drawing)
             self._wholes[index] = self._blocks(whole)
         self._times.append(seconds)
+
+    def is_full(self) -> bool:
+        """Tell whether it holds as much as a browser unpacks; no moment is to be added then."""
+        return self._begins[-1] >= MOST_BYTES
+
+    def most_contacts(self) -> int:
+        """Return how many points touch in one moment at most, shown or not."""
+        return self._drawing.most_contacts
 
     def count(self) -> int:
         """Return how many moments there are."""

@@ -1,8 +1,12 @@
 """A graph whose edit is interrupted is the one before it or the one after it."""
 
+from functools import partial
+
 from interrupting import instruction_count, interrupted_at, places
+from public_changes import uncalled_methods
 import pytest
 
+from scene_graph_ros.convex.graphs.model.edge import Edge, Vertex
 from scene_graph_ros.geometry.optimization import GraphOfConvexSets, Point
 
 
@@ -17,6 +21,7 @@ class Graph:
         self.e = [self.graph.add_edge(self.v[a], self.v[b], f"e{a}{b}") for a, b in pairs]
         for k, edge in enumerate(self.e):
             edge.add_cost(1.0 + k)
+        self.kept = self.e[0].add_constraint(self.e[0].xu <= 9.0)
         self.e[0].add_phi_constraint(False)
         self.e[3].add_phi_constraint(True)
 
@@ -52,10 +57,45 @@ EDITS = {
     "remove_edge": lambda w: w.graph.remove_edge(w.e[3]),
     "add_cost": lambda w: w.e[1].add_cost(10.0),
     "add_constraint": lambda w: w.e[2].add_constraint(w.e[2].xu == w.e[2].xu),
+    "discard_constraint": lambda w: w.e[0].discard_constraint(w.kept),
+    "add_cost of a vertex": lambda w: w.v[1].add_cost(3.0),
+    "add_constraint of a vertex": lambda w: w.v[1].add_constraint(w.v[1].x == w.v[1].x),
     "add_phi_constraint": lambda w: w.e[2].add_phi_constraint(False),
     "clear_phi_constraints": lambda w: w.e[3].clear_phi_constraints(),
     "clear_all_phi_constraints": lambda w: w.graph.clear_all_phi_constraints(),
 }
+
+
+COSTLY = (
+    *("cost_at", "get_constraints", "get_costs", "get_solution_cost", "has_functions", "id"),
+    *("name", "num_changes", "transcriptions"),
+)
+QUESTIONS = {
+    GraphOfConvexSets: (
+        *("edges", "get_graphviz_string", "get_solution_path", "is_valid", "num_edges"),
+        *("num_vertices", "sample_paths", "solve_convex_restriction", "solve_shortest_path"),
+        "vertices",
+    ),
+    Vertex: (
+        *COSTLY,
+        *("ambient_dimension", "get_solution", "incoming_edges", "is_bounded", "outgoing_edges"),
+        *("placed", "set", "x"),
+        "discard_constraint",  # of edges, above
+    ),
+    Edge: (
+        *COSTLY,
+        *("get_solution_phi", "get_solution_phi_xu", "get_solution_phi_xv"),
+        *("has_phi_constraints", "keep_terms", "kept_terms", "phi_constraints", "u", "v"),
+        *("xu", "xv"),
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", QUESTIONS)
+def test_each_public_change_is_tried(kind):
+    """A new public method has to be an edit above, or to be named among the questions."""
+    actions = [partial(edit, Graph()) for edit in EDITS.values()]
+    assert uncalled_methods(kind, QUESTIONS[kind], actions) == set()
 
 
 @pytest.mark.search

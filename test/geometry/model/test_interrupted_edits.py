@@ -2,12 +2,14 @@
 
 from functools import partial
 
-from edited_worlds import answers_of, EDITS, PREPARATIONS, World
-from interrupting import instruction_count, interrupted_at, places
+from edited_worlds import answers_of, EDITS, EDITS_OF_POSES, PREPARATIONS, World
+from interrupting import instruction_count, interrupted_at, places, SAMPLE
 import numpy as np
+from public_changes import uncalled_methods
 import pytest
 
-from scene_graph_ros.geometry import GeometryFrame, SceneGraph, Sphere
+from scene_graph_ros.geometry import Context, GeometryFrame, SceneGraph, Sphere
+from scene_graph_ros.geometry.model.collision_filter import CollisionFilterManager
 
 
 def shifted(x):
@@ -17,24 +19,58 @@ def shifted(x):
     return X
 
 
-def made(name, *, own):
+CHANGES = EDITS | EDITS_OF_POSES
+KINDS = {
+    "shared": {"own": False},
+    "own": {"own": True},
+    "of the graph": {"own": True, "of_graph": True},
+}
+CASES = [
+    (name, kind) for name in CHANGES for kind in KINDS if name in EDITS or kind != "of the graph"
+]
+
+
+def made(name, kind="own"):
     """Return a world in which an edit can be made."""
-    return World(own=own, prepare=PREPARATIONS.get(name, lambda world: None))
+    return World(**KINDS[kind], prepare=PREPARATIONS.get(name, lambda world: None))
+
+
+QUESTIONS_OF = {
+    SceneGraph: (
+        *("accuracy", "clone", "create_default_context", "engine", "has_renderer"),
+        *("model_inspector", "query_object", "registered_renderer_names", "renderer_count"),
+        *("renderer_parameter_yaml", "renderer_type_name", "source_is_registered"),
+        "world_frame_id",
+        "provide_queries",  # of the class, by the layer above
+        "collision_filter_manager",  # what it returns changes, below
+    ),
+    Context: (
+        *("clone", "configuration", "filters", "frame_pose", "frame_poses", "inspector"),
+        *("model_version", "pose_version", "resolve_set", "share", "snapshot", "state"),
+    ),
+    CollisionFilterManager: ("has_transient_history", "is_active"),
+}
+
+
+@pytest.mark.parametrize("kind", QUESTIONS_OF)
+def test_each_public_change_is_tried(kind):
+    """A new public method has to be among the edits, or to be named among the questions."""
+    actions = [partial(edit, made(name)) for name, edit in CHANGES.items()]
+    assert uncalled_methods(kind, QUESTIONS_OF[kind], actions) == set()
 
 
 @pytest.mark.search
-@pytest.mark.parametrize("own", [False, True], ids=["shared", "own"])
-@pytest.mark.parametrize("name", EDITS)
-def test_an_interrupted_edit_is_done_or_not(name, own):
+@pytest.mark.parametrize(("name", "kind"), CASES)
+def test_an_interrupted_edit_is_done_or_not(name, kind):
     """All answers are those of one of the two worlds, and the edit can then be made."""
-    edit = EDITS[name]
-    before = answers_of(made(name, own=own))
-    world = made(name, own=own)
+    edit = CHANGES[name]
+    before = answers_of(made(name, kind))
+    world = made(name, kind)
     count = instruction_count(lambda: edit(world))
     after = answers_of(world)
     wrong = []
-    for at in places(count, f"{name} {own}"):
-        world = made(name, own=own)
+    for at in places(count, f"{name} {kind}", 5 if kind == "of the graph" else SAMPLE):
+        world = made(name, kind)
         if not interrupted_at(lambda world=world: edit(world), at):
             continue
         found = answers_of(world)
@@ -64,7 +100,7 @@ def test_an_interrupted_question_changes_no_answer(name):
 
     def changed():
         world = World(own=True)
-        EDITS["set all poses"](world)
+        EDITS_OF_POSES["set all poses"](world)
         EDITS["change shape"](world)
         return world
 
@@ -111,11 +147,11 @@ def test_large_scenes_reuse_no_poses_that_were_not_written():
 def test_a_lack_of_memory_that_lasts_leaves_one_of_the_two_worlds(name):
     """Who looks at a world with writes that are left does them; that may be interrupted, too."""
     edit = EDITS[name]
-    before, world = answers_of(made(name, own=True)), made(name, own=True)
+    before, world = answers_of(made(name)), made(name)
     count = instruction_count(lambda: edit(world))
     after = answers_of(world)
     for at in places(count, name):
-        world = made(name, own=True)
+        world = made(name)
         for again in (None, 3, 40, 41, 70, 120):
             action = partial(edit if again is None else answers_of, world)
             interrupted_at(action, at if again is None else again, MemoryError)

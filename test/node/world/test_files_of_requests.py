@@ -144,3 +144,52 @@ def test_of_what_are_no_regions_no_value_is_repeated(document, child):
     said = str(caught.value)
     assert "hunter2" not in said
     assert "k" * 41 not in said and said.count("kkk...") <= 5
+
+
+TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+MESH = """<robot name="r"><link name="base"><collision><geometry><mesh filename="{}"/></geometry>
+</collision></link></robot>"""
+
+
+@pytest.fixture(name="held")
+def _held(cell):
+    """Return what loads for a node whose parameter resource_folders is set."""
+    return SceneLoader("", lambda name: None, (), folders=(cell,), holds_meshes=True)
+
+
+def test_meshes_lie_anywhere_unless_folders_are_named(loader, held, cell, tmp_path):
+    """Then below these alone, and whether there is another one is not told."""
+    outside, inside = tmp_path / "outside.obj", cell / "inside.obj"
+    for file in (outside, inside):
+        file.write_text(TRIANGLE)
+    assert loader.resolve(str(outside)) == outside
+    assert held.resolve(str(inside)) == inside
+    said = set()
+    for name in (outside, tmp_path / "nothing.obj", f"file://{outside}", cell / "../outside.obj"):
+        with pytest.raises(SceneFileError, match="lies in none of the folders") as caught:
+            held.resolve(str(name))
+        said.add(str(caught.value).partition(": ")[2])
+    assert len(said) == 1
+
+
+@pytest.mark.parametrize("kind", ["shape", "picture", "urdf"])
+def test_what_a_scene_of_a_request_names_is_held_to_the_folders(held, cell, tmp_path, kind):
+    """Meshes and pictures of its geometries, and those of its robots."""
+    from scene_graph_ros.geometry import SceneGraph
+    from scene_graph_ros.scene_files import load_scene_text
+
+    (tmp_path / "outside.obj").write_text(TRIANGLE)
+    (tmp_path / "outside.png").write_bytes(b"")
+    (cell / "r.urdf").write_text(MESH.format(tmp_path / "outside.obj"))
+    shape = "{type: box, size: [1, 1, 1]}"
+    roles = "{perception: {phong: {diffuse_map: ../outside.png}}}"
+    if kind == "shape":
+        shape, roles = "{type: mesh, file: ../outside.obj}", "{proximity: {}}"
+    text = "version: 1\nsources: [{name: s}]\n" + (
+        "robots: [{name: r, urdf: r.urdf}]\n"
+        if kind == "urdf"
+        else f"geometries: [{{name: g, source: s, shape: {shape}, roles: {roles}}}]\n"
+    )
+    scene = load_scene_text(text, base=cell / "s.yaml", reach=held._reach)
+    with pytest.raises(SceneFileError, match="lies in none of the folders"):
+        scene.apply(SceneGraph())

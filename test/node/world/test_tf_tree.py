@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from scene_graph_ros.geometry.spatial.poses import pose_from_xyz_rpy
+from scene_graph_ros.node.world import tf_tree
 from scene_graph_ros.node.world.tf_tree import HISTORY, MissingTransformError, STATIC, TfTree
 
 
@@ -127,3 +128,29 @@ def test_old_transforms_are_forgotten():
     tree.forget(0)
     with pytest.raises(MissingTransformError):
         tree.place("a", "map")
+
+
+def test_a_flood_of_frames_takes_bounded_memory_and_leaves_those_that_are_known(monkeypatch):
+    """Of what is heard twice a history, and silent then; new frames are taken again after it."""
+    monkeypatch.setattr(tf_tree, "_MOST_FRAMES", 100)
+    monkeypatch.setattr(tf_tree, "_MOST_IN_ALL", 500)
+    tree, step = TfTree(), HISTORY // 100
+    tree.put("lid", "map", at(3.0), STATIC, is_static=True)
+    for k in range(100):
+        tree.put("base", "map", at(k), k * step, is_static=False)
+        for n in range(10):
+            tree.put(f"flood{n}", "map", at(0.0), k * step, is_static=False)
+            tree.put(f"flood{k}_{n}", "map", at(0.0), k * step, is_static=False)
+    kept = sum(len(edge.stamps) for edge in tree._edges.values())
+    assert kept == tree._count <= 500 + 2 * 100
+    assert len(tree._edges) == 100
+    assert placed_x(tree, "base") == (99.0, 99 * step)
+    assert not tree.put("late", "map", at(1.0), 99 * step, is_static=False)
+    assert not tree.put("fixed", "map", at(1.0), STATIC, is_static=True)
+    assert placed_x(tree, "base") == (99.0, 99 * step)
+    later = 100 * step + HISTORY
+    tree.put("base", "map", at(7.0), later, is_static=False)
+    assert tree.put("late", "map", at(1.0), later, is_static=False)
+    assert set(tree._edges) == {"lid", "base", "late"}
+    assert placed_x(tree, "lid") == (3.0, STATIC)
+    assert sum(len(edge.stamps) for edge in tree._edges.values()) == tree._count

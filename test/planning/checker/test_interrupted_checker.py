@@ -1,23 +1,105 @@
 """A checker whose edit is interrupted is the one before it or the one after it."""
 
+from functools import partial
+
 from interrupting import instruction_count, interrupted_at, places
 import numpy as np
+from public_changes import uncalled_methods
 import pytest
 from robot_scenes import SLIDE
 
 from scene_graph_ros.geometry import Sphere
-from scene_graph_ros.planning import load_robot_diagram, SceneGraphCollisionChecker
+from scene_graph_ros.planning import (
+    BodyShapeDescription,
+    LinearDistanceAndInterpolationProvider,
+    load_robot_diagram,
+    SceneGraphCollisionChecker,
+)
+
+FAR = np.eye(4)
+FAR[0, 3] = 0.5
+
+
+def shape(c):
+    """Describe a ball of 0.4 m on the first body."""
+    return BodyShapeDescription(
+        Sphere(0.4), FAR, c.bodies[0].model_instance_name, c.bodies[0].body_name
+    )
+
+
+def paddings(c):
+    """Return all paddings, of the two balls another one."""
+    matrix, (a, b) = c.get_padding_matrix(), balls(c)
+    matrix[a, b] = matrix[b, a] = 0.7
+    return matrix
+
+
+def filters(c):
+    """Return all filters, with the two balls filtered."""
+    matrix, (a, b) = c.get_filtered_collision_matrix(), balls(c)
+    matrix[a, b] = matrix[b, a] = 1
+    return matrix
+
+
+def balls(c):
+    """Return the indices of the two bodies that move."""
+    return [body.index for body in c.bodies if body.body_name == "ball"]
+
+
+def far(q1, q2):
+    """Return a distance of configurations, ten times the sum of all ways."""
+    return 10.0 * float(np.abs(np.subtract(q1, q2)).sum())
+
+
+def first(q1, q2, ratio):
+    """Return a configuration on a way that is not straight."""
+    return np.where(ratio < 1.0, q1, q2)
+
 
 EDITS = {
     "add a shape": lambda c: c.add_collision_shape_to_body("more", c.bodies[0], Sphere(0.4), FAR),
+    "add to a frame": lambda c: c.add_collision_shape_to_frame(
+        "more", c.bodies[0], Sphere(0.4), FAR
+    ),
+    "add what is described": lambda c: c.add_collision_shape("more", shape(c)),
+    "add shapes": lambda c: c.add_collision_shapes({"more": [shape(c)] * 2, "some": [shape(c)]}),
     "remove all shapes": lambda c: c.remove_all_added_collision_shapes(),
-    "padding between": lambda c: c.set_padding_between(c.bodies[0], c.bodies[1], 0.1),
+    "padding between": lambda c: c.set_padding_between(*balls(c), 0.1),
+    "paddings between": lambda c: c.set_paddings_between({tuple(balls(c)): 0.6}),
+    "padding matrix": lambda c: c.set_padding_matrix(paddings(c)),
     "padding of all": lambda c: c.set_padding_all_robot_robot_pairs(0.3),
-    "filter": lambda c: c.set_collision_filtered_between(c.bodies[0], c.bodies[1], True),
-    "filter all": lambda c: c.set_collision_filtered_with_all_bodies(c.bodies[0]),
+    "padding to all around": lambda c: c.set_padding_all_robot_environment_pairs(0.3),
+    "padding of one": lambda c: c.set_padding_one_robot_body_all_environment_pairs(
+        balls(c)[0], 0.4
+    ),
+    "filter": lambda c: c.set_collision_filtered_between(*balls(c), True),
+    "filter matrix": lambda c: c.set_collision_filter_matrix(filters(c)),
+    "filter all": lambda c: c.set_collision_filtered_with_all_bodies(balls(c)[0]),
+    "step size": lambda c: c.set_edge_step_size(0.01),
+    "distances": lambda c: c.set_configuration_distance_function(far),
+    "ways": lambda c: c.set_configuration_interpolation_function(first),
+    "provider": lambda c: c.set_distance_and_interpolation_provider(
+        LinearDistanceAndInterpolationProvider(c.model.tree, [4.0, 9.0])
+    ),
 }
-FAR = np.eye(4)
-FAR[0, 3] = 0.5
+CONTEXTS = {
+    "positions": lambda c: c.update_positions([0.1, 0.2]),
+    "a context's positions": lambda c: c.update_context_positions(c.model_context(0), [1, 2]),
+    "check there": lambda c: c.check_context_config_collision_free(c.model_context(0), [1, 2]),
+    "check an edge": lambda c: c.check_context_edge_collision_free(
+        c.model_context(0), [1, 2], [2, 1]
+    ),
+    "measure an edge": lambda c: c.measure_context_edge(c.model_context(0), [1, 2], [2, 1]),
+    "measure it": lambda c: c.measure_context_edge_collision_free(
+        c.model_context(0), [1, 2], [2, 1]
+    ),
+    "clearance there": lambda c: c.calc_context_robot_clearance(c.model_context(0), [1, 2], 1.0),
+    "classify there": lambda c: c.classify_context_body_collisions(c.model_context(0), [1, 2]),
+    "all contexts": lambda c: c.perform_operation_against_all_model_contexts(
+        lambda model, context: context.set_positions([0.3, 0.4])
+    ),
+}
+"""What moves contexts of a checker, one after another."""
 
 
 @pytest.fixture(scope="module", name="checker")
@@ -29,7 +111,11 @@ def _checker(tmp_path_factory):
         "version: 1\nrobots:\n  - {name: left, urdf: slide.urdf}\n"
         "  - {name: right, urdf: slide.urdf}\n"
     )
-    checker = SceneGraphCollisionChecker(load_robot_diagram(folder / "two.yaml"))
+    checker = SceneGraphCollisionChecker(
+        load_robot_diagram(folder / "two.yaml"),
+        configuration_distance_function=lambda q1, q2: float(np.abs(np.subtract(q1, q2)).sum()),
+        implicit_context_parallelism=1,
+    )
     checker.add_collision_shape_to_body("some", checker.bodies[1], Sphere(0.2), FAR)
     return checker
 
@@ -47,6 +133,9 @@ def answers(checker):
         checker.check_configs_collision_free(q).tolist(),
         checker.calc_robot_clearance(q[0], 9.0).distances.tolist(),
         checker.num_pairs,
+        checker.edge_step_size,
+        checker.compute_configuration_distance(q[0], q[1]),
+        checker.interpolate_between_configurations(q[0], q[1], 0.25).tolist(),
     )
 
 
@@ -67,3 +156,49 @@ def test_an_interrupted_edit_is_done_or_not(checker, name):
             edit(copy)
             found = answers(copy)
         assert found == after, at
+
+
+@pytest.mark.search
+@pytest.mark.parametrize("name", CONTEXTS)
+def test_an_interrupted_move_is_done_or_not(checker, name):
+    """A context is where it was or where it is to be, and the checker's answers are the same."""
+    move, before = CONTEXTS[name], answers(checker)
+    copy = checker.clone()
+    start = copy.model_context(0).q.tolist()
+    count = instruction_count(lambda: move(copy))
+    end = copy.model_context(0).q.tolist()
+    assert end != start
+    for at in places(count, name, 5):
+        copy = checker.clone()
+        interrupted_at(lambda copy=copy: move(copy), at)
+        assert copy.model_context(0).q.tolist() in (start, end), at
+        assert answers(copy) == before, at
+
+
+QUESTIONS = (
+    *("at", "bodies", "calc_clearance_columns", "calc_pair_depth", "calc_robot_clearance"),
+    *("calc_robot_clearances", "check_config_collision_free", "check_configs_collision_free"),
+    *("check_edge", "check_edge_collision_free", "check_edge_collision_free_parallel"),
+    *("check_edges_by_samples", "check_edges_collision_free", "checked_configurations"),
+    *("classify_body_collisions", "clone", "compute_configuration_distance"),
+    *("distance_and_interpolation_provider", "edge_statuses", "find_colliding_pair"),
+    *("find_collisions", "from_params", "get_all_added_collision_shapes", "get_body"),
+    *("get_filtered_collision_matrix", "get_largest_padding", "get_padding_between"),
+    *("get_nominal_filtered_collision_matrix", "get_padding_matrix", "get_zero_configuration"),
+    *("interpolate_between_configurations", "is_collision_filtered_between"),
+    *("is_part_of_robot", "is_straight", "make_standalone_configuration_distance_function"),
+    *("make_standalone_configuration_interpolation_function", "make_standalone_model_context"),
+    *("max_context_num_distances", "max_num_distances", "model", "model_context", "num_pairs"),
+    *("maybe_get_uniform_robot_environment_padding", "maybe_get_uniform_robot_robot_padding"),
+    *("measure_edge", "measure_edge_collision_free", "measure_edge_collision_free_parallel"),
+    *("measure_edges", "measure_edges_collision_free", "num_allocated_contexts", "plan"),
+    *("robot_model_instances", "samples", "snapshot", "supports_parallel_checking"),
+    *("tolerance", "way"),
+)
+
+
+def test_each_public_change_is_tried(checker):
+    """A new public method has to be among the edits, or to be named among the questions."""
+    edits = (*EDITS.values(), *CONTEXTS.values())
+    actions = [partial(edit, checker.clone()) for edit in edits]
+    assert uncalled_methods(SceneGraphCollisionChecker, QUESTIONS, actions) == set()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import itertools
 import re
 
 import numpy as np
@@ -11,6 +12,7 @@ from page_files import FileReader
 import pytest
 
 from scene_graph_ros.geometry import Sphere
+from scene_graph_ros.views.browser import drawing, page_file
 from scene_graph_ros.views.browser.gate import Gate
 from scene_graph_ros.views.browser.page_file import PageFile
 
@@ -107,3 +109,34 @@ def test_the_file_has_the_policy_of_the_live_page(stage, page):
     same = ours.keys() - {"connect-src", "script-src", "style-src"}
     assert all(ours[name] == theirs[name] for name in same)
     assert html.index("Content-Security-Policy") < html.index("<style>") < html.index("<script")
+
+
+def test_of_many_contacts_the_deepest_are_shown(stage, page, monkeypatch):
+    """Five balls in a row of overlapping pairs of different depths, and room for six of ten."""
+    monkeypatch.setattr(drawing, "MOST_CONTACTS", 6)
+    places = np.cumsum([0.0, 0.1, 0.11, 0.12, 0.13])
+    for k, x in enumerate(places):
+        stage.add(f"ball{k}", Sphere(0.5), (x, 0.0, 0.0))
+    page.add(stage.moment(), 0.0)
+    assert page.most_contacts() == 10
+    reader = FileReader(page.html())
+    reader.go(0)
+    # The depth of two is 1 m less their distance.
+    every = sorted(1.0 - (b - a) for a, b in itertools.combinations(places, 2))
+    shown = reader.contacts[-1]
+    assert np.allclose(sorted(shown.tolist()), every[-6:], atol=1e-6)
+
+
+def test_a_page_is_full_when_a_browser_could_not_unpack_more(stage, page, monkeypatch):
+    """Each moment has a place of its own; who adds moments asks."""
+    stage.add("ball", Sphere(0.5))
+    page.add(stage.moment(), 0.0)
+    monkeypatch.setattr(page_file, "MOST_BYTES", 2000)
+    moments = 0
+    while not page.is_full():
+        moments += 1
+        stage.move("ball", (0.01 * moments, 0.0, 0.0))
+        page.add(stage.moment(), 0.1 * moments)
+    # A moment of one body is some hundred bytes.
+    assert 1 <= moments <= 30
+    assert page.count() == moments + 1
