@@ -8,11 +8,12 @@ from typing import Any, TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from msg_adapters.robot_configurations import RobotNames
+from msg_adapters.robot_configurations import Meaning, RobotNames
 from scene_graph_ros.geometry.errors import UnknownIdError
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.planning import RobotDiagram, SceneGraphCollisionChecker
 from scene_graph_ros.planning.pairs.checker_plan import carrier
+from scene_graph_ros.robots.kinematic_tree import KinematicTree
 
 if TYPE_CHECKING:
     from scene_graph_ros.geometry import SceneGraph
@@ -55,7 +56,9 @@ class PlanningRobots:
         }
         self.model_version = snapshot.model_version
         self.tree = diagram.tree
-        self.positions = RobotNames("position", self.tree.position_names, robots)
+        self.positions = RobotNames(
+            "position", self.tree.position_names, robots, _followers(self.tree)
+        )
         self.groups = RobotNames("group", tuple(self.tree.groups), robots)
         prefixes = tuple(f"{robot}/" for robot in robots)
         own = (name for name in self.tree.link_names if name.startswith(prefixes))
@@ -105,6 +108,32 @@ class PlanningRobots:
         if self._paddings:
             result.set_paddings_between(self._paddings)
         return result
+
+
+def _followers(tree: KinematicTree) -> dict[str, Meaning]:
+    """Return what the positions of joints that mimic others mean."""
+    rows = {name: row for row, name in enumerate(tree.position_names)}
+    found: dict[str, Meaning] = {}
+    waiting = [joint for joint in tree.joints if joint.mimics]
+    while waiting:
+        later = []
+        for joint in waiting:
+            leader = found.get(joint.mimics)
+            if joint.mimics in rows:
+                leader = Meaning(joint.mimics, rows[joint.mimics])
+            if leader is None:
+                later.append(joint)
+                continue
+            found[joint.name] = Meaning(
+                joint.name,
+                leader.row,
+                False,
+                joint.multiplier * leader.multiplier,
+                joint.multiplier * leader.offset + joint.offset,
+            )
+        assert len(later) < len(waiting), "joints follow no circle"
+        waiting = later
+    return found
 
 
 def _rows(

@@ -140,6 +140,12 @@ class SceneGraphCollisionChecker(CollisionChecker):
         result._state = state.at(snapshot).padded(*paddings)
         return result
 
+    def with_pair_paddings(self, paddings: NDArray[np.float64]) -> SceneGraphCollisionChecker:
+        """Return a checker whose pairs of geometries, in the plan's order, keep ``(p,)``, m."""
+        result = self.clone()
+        result._state = self._state._replace(plan=self.plan.with_paddings(paddings))
+        return result
+
     @property
     def snapshot(self) -> Snapshot:
         """The moment of the scene that it is about, with what was added."""
