@@ -330,7 +330,7 @@ class Server:
     def _follow_scene(self) -> list[Topic]:
         return self._subscriptions.follow_scene()
 
-    def _describe(self, name: str, text: str) -> None:
+    def _describe(self, name: str, text: str, told: Callable[[str], None]) -> None:
         """Have a robot become as a text describes it; the thread for that comes with the first."""
         if self._descriptions is None:
             from scene_graph_ros.node.services.descriptions import Descriptions
@@ -343,7 +343,7 @@ class Server:
                 lambda: self.recorder,
                 self.scene_changed,
             )
-        self._descriptions.describe(name, text)
+        self._descriptions.describe(name, text, told)
 
     def _limits(self) -> TimeLimits:
         return TimeLimits(

@@ -340,6 +340,7 @@ def _planned(work: _Work, given: _Regions, result: Any) -> PlannedPath:
         positions.names,
         columns,
         **wanted.paddings,
+        free_from=0,
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+import copy
 from typing import Any, TYPE_CHECKING
 
 import numpy as np
@@ -46,7 +47,7 @@ class PlanningRobots:
         if not robots:
             raise UnknownIdError("the scene has no robot to plan for")
         diagram = RobotDiagram.of_robots(robots, scene_graph, context, bases=bases)
-        self._bases = {name: X_WB.tobytes() for name, X_WB in bases.items()}
+        self._bases = _as_bytes(bases)
         self._checker = SceneGraphCollisionChecker(diagram, snapshot=snapshot)
         bodies = self._checker.bodies
         known = {body.frame_id for body in bodies if self._checker.is_part_of_robot(body)}
@@ -70,11 +71,29 @@ class PlanningRobots:
             for name, robot in robots.items()
         }
 
+    def standing(
+        self,
+        robots: Mapping[str, Any],
+        scene_graph: SceneGraph,
+        context: Context,
+        snapshot: Snapshot,
+        bases: Mapping[str, NDArray[np.float64]],
+    ) -> PlanningRobots:
+        """Return the same robots of the same model with other ``bases``; much faster than anew."""
+        result = copy.copy(self)
+        diagram = RobotDiagram.of_robots(robots, scene_graph, context, bases=bases)
+        result._bases = _as_bytes(bases)
+        result._checker = self._checker.at(snapshot, model=diagram)
+        result.tree = diagram.tree
+        return result
+
     def fits(self, snapshot: Snapshot, bases: Mapping[str, NDArray[np.float64]]) -> bool:
         """Tell whether the model is as it was, and all robots stand where they did."""
-        return self.model_version == snapshot.model_version and self._bases == {
-            name: X_WB.tobytes() for name, X_WB in bases.items()
-        }
+        return self.is_of(snapshot) and self._bases == _as_bytes(bases)
+
+    def is_of(self, snapshot: Snapshot) -> bool:
+        """Tell whether the model is as it was."""
+        return self.model_version == snapshot.model_version
 
     def present(self, positions: Mapping[str, NDArray[np.float64]]) -> NDArray[np.float64]:
         """Return where the robots are, as one configuration, of a world snapshot's positions."""
@@ -108,6 +127,10 @@ class PlanningRobots:
         if self._paddings:
             result.set_paddings_between(self._paddings)
         return result
+
+
+def _as_bytes(bases: Mapping[str, NDArray[np.float64]]) -> dict[str, bytes]:
+    return {name: X_WB.tobytes() for name, X_WB in bases.items()}
 
 
 def _followers(tree: KinematicTree) -> dict[str, Meaning]:
