@@ -36,6 +36,8 @@ from scene_graph_ros.node.world.subscriptions import Subscriptions
 from scene_graph_ros.node.world.world import World, WorldSnapshot
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from scene_graph_ros.node.recording.recorder import Recorder
     from scene_graph_ros.node.services.descriptions import Descriptions
     from scene_graph_ros.node.world.kept_regions import KeptRegions

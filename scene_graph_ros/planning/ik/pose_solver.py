@@ -85,8 +85,9 @@ def inverse_kinematics(
     of the ``tries`` begins at ``near`` ``(nq,)``, by default zero, the others at random within
     limits; joints without limits stay within half a turn of ``near``, or as far away as the target
     is. They end when there are so many different ``solutions``. ``group`` names the group of
-    joints that may move; all others stay at ``near``, and so do those that do not carry the link. The same ``seed`` gives the same, unless
-    ``is_over``, which is asked after every 32 tries, ends them.
+    joints that may move; all others stay at ``near``, and so do those that do not carry the link.
+    The same ``seed`` gives the same, unless ``is_over``, which is asked after every 32 tries, ends
+    them.
 
     Raises InverseKinematicsError naming the argument, and KinematicTreeError for an unknown link
     or group, and for ``near`` of another shape or with numbers that mean nothing.
