@@ -87,13 +87,14 @@ class Descriptions:
         try:
             (_, described), _ = self._world.edit(change, self._prepare, done)
         except Exception as error:  # noqa: BLE001 - a robot's description never costs the node
-            kind = "" if isinstance(error, SceneGraphError) else f"{type(error).__name__}: "
-            reason = f"{kind}{quoted(str(error))}"
+            reason = f"{type(error).__name__}: {quoted(str(error))}"
+            if isinstance(error, SceneGraphError):
+                reason = str(error)  # a sentence of ours, in which what others wrote is quoted
             text = f"robot {quoted(name)} stays as it is, as its description can't be used"
             self._logger.error(f"{text}: {reason}")  # noqa: TRY400 - the reason is for users
             return reason
         for warning in described.warnings:
-            self._logger.warning(f"robot {quoted(name)}: {quoted(warning)}")
+            self._logger.warning(f"robot {quoted(name)}: {warning}")
         self._logger.info(f"robot {quoted(name)} is as its description says")
         self._changed()
         return ""
