@@ -141,7 +141,7 @@ def configurations_from_msg(
     if len(bad):
         row, column = bad[0]
         raise MessageError(
-            f"{field}.positions: {quoted(msg.names[column])} in row {row} must be a number up"
+            f"{field}.positions: {quoted(meanings[column].name)} in row {row} must be a number up"
             f" to {MAX_COORDINATE:g}, not {values[row, column]}"
         )
     result = np.repeat(present[np.newaxis], len(values), axis=0)
