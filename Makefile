@@ -37,7 +37,8 @@ ENDLESS := --timeout 0 -o faulthandler_timeout=0
 IN_FILES := --dist loadfile --no-loadscope-reorder --max-worker-restart 0 --durations=25
 
 .PHONY: help setup all-kernels environment demo test lint format test-uncompiled test-ros \
-  test-core search fuzz soak workspace wheels same-everywhere docs peers bench accuracy lock clean
+  test-core search robot-files fuzz soak workspace wheels same-everywhere docs peers bench \
+  accuracy lock clean
 .DEFAULT_GOAL := help
 
 help:  ## list the commands
@@ -112,9 +113,18 @@ SEARCH_SEED := $(shell date +%s)
 
 search: all-kernels  ## search and soak fifty times as long as tests do (EFFORT=), and a million new pairs
 	SEARCH_EFFORT=$(EFFORT) ROS_PYTHON_CHECK_FIELDS=1 $(RUN) -m pytest -n auto -m search $(ENDLESS) \
-	  $(CORE_TESTS) test/benchmarks $(PLANNING_TESTS)
+	  $(CORE_TESTS) $(ROS_TESTS)
 	$(RUN) test/numerics/search.py --count 1000000 --seed $(SEARCH_SEED)
 	$(RUN) test/numerics/search.py --count 100000 --seed $(SEARCH_SEED) --meshes
+
+# 440 MB. Only files are taken out of them; `make search` reads all robots that are there.
+ROBOT_WHEELS := pybullet==3.2.7 mani_skill==3.0.1 drake==1.51.1 rtb_data==2.0.0 robosuite==1.5.2
+
+robot-files: environment  ## fetch the robots of five packages, which make search then reads
+	$(RUN) -m pip download --quiet --no-deps --only-binary :all: --dest build/robot_files \
+	  $(ROBOT_WHEELS)
+	cd build/robot_files && for wheel in *.whl; do \
+	  $(CURDIR)/$(RUN) -m zipfile --extract "$$wheel" . && rm "$$wheel"; done
 
 SECONDS ?= 3600
 FUZZERS := $(wildcard test/fuzz/test_*.py)
@@ -123,7 +133,7 @@ fuzz: all-kernels  ## try random input for an hour; SECONDS= for another time, F
 	FUZZ_SECONDS=$$(( $(SECONDS) / $(words $(FUZZERS)) )) ROS_PYTHON_CHECK_FIELDS=1 \
 	  $(RUN) -m pytest -q -s $(ENDLESS) $(FUZZERS)
 
-workspace: environment  ## build both packages with colcon, and use what is installed
+workspace: environment  ## build both packages with a colcon of another Python, and use what is installed
 	@$(BOOTSTRAP) --workspace
 	@$(RUN) -m tools.workspace
 
@@ -175,4 +185,4 @@ lock:  ## write requirements/locked: every package to install, with hashes
 	rm -r .venv-lock
 
 clean:  ## remove what the commands made
-	rm -rf .venv .venv-core build dist install log .pytest_cache .mypy_cache .ruff_cache
+	rm -rf .venv .venv-core .venv-colcon build dist install log .pytest_cache .mypy_cache .ruff_cache

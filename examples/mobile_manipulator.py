@@ -30,7 +30,7 @@ LATE = 20_000_000
 RATE, SECONDS, WAY = 50.0, 4.0, 1.2
 ARM = {
     "torso_lift_joint": (0.0, 0.3),
-    "head_1_joint": (0.0, 0.0),
+    "head_1_joint": (0.0, -0.3),
     "head_2_joint": (0.0, -0.5),
     "arm_1_joint": (0.2, 1.5),
     "arm_2_joint": (-1.3, 0.6),

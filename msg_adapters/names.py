@@ -1,7 +1,8 @@
 """What messages call things: ids and paths to the core's ids, and back.
 
 A geometry's path is ``<source>/<frame>/<name>``, a frame's ``<source>/<frame>``. A bare name does
-where only one thing in the scene is called so. Names of frames and geometries may contain slashes
+where only one thing in the scene is called so. A leading slash is passed over, as no name begins
+with one. Names of frames and geometries may contain slashes
 themselves: paths are compared as a whole, never taken apart.
 """
 
@@ -16,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from msg_adapters.arrays import int64s_to_msg
+from msg_adapters.poses import meant_name
 from scene_graph_msgs.msg import GeometryName, GeometryNames, GeometryReference
 from scene_graph_ros.geometry.errors import NameConflictError, UnknownIdError
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
@@ -55,7 +57,7 @@ class SceneNames:
 
     def source_id(self, name: str) -> SourceId:
         """Return the source called ``name``; raises UnknownIdError."""
-        source = self._sources.get(name)
+        source = self._sources.get(meant_name(name))
         if source is None:
             raise UnknownIdError(f"there is no source {quoted(name)}")
         return source
@@ -73,7 +75,7 @@ class SceneNames:
         if source is None:
             return _find(name, self._frame_paths, self._frame_bare_names, "frame", self.frame_path)
         self.source_id(source)
-        found = self._frame_paths.get(f"{source}/{name}", [])
+        found = self._frame_paths.get(f"{meant_name(source)}/{meant_name(name)}", [])
         if not found:
             raise UnknownIdError(f"source {quoted(source)} has no frame {quoted(name)}")
         return found[0]
@@ -231,7 +233,8 @@ def _find(
     what: str,
     path: Any,
 ) -> T:
-    found = paths.get(name) or bare_names.get(name) or []
+    meant = meant_name(name)
+    found = paths.get(meant) or bare_names.get(meant) or []
     if not found:
         raise UnknownIdError(f"there is no {what} {quoted(name)}")
     if len(found) > 1:

@@ -21,7 +21,7 @@ from msg_adapters.arrays import (
 )
 from msg_adapters.errors import MessageError, TooLargeError
 from msg_adapters.names import legend, SceneNames
-from msg_adapters.poses import poses_from_components
+from msg_adapters.poses import meant_name, poses_from_components
 from msg_adapters.stamps import checked_stamp_from_msg, duration_from_msg
 from msg_adapters.status import ok_status
 from scene_graph_msgs.msg import (
@@ -94,7 +94,8 @@ def options_from_msg(
     timeout_ns = duration_from_msg(msg.timeout)
     if timeout_ns < 0:
         raise MessageError(f"timeout is negative: {timeout_ns} ns")
-    for name in msg.minimal_stamp_sources:
+    sources = tuple(map(meant_name, msg.minimal_stamp_sources))
+    for name in sources:
         if "/" in name:
             names.frame_id(name)
         else:
@@ -102,7 +103,7 @@ def options_from_msg(
     return Options(
         what_if_from_msg(msg.what_if, names),
         minimal_stamp_ns,
-        tuple(msg.minimal_stamp_sources),
+        sources,
         timeout_ns,
         bool(msg.with_names),
     )

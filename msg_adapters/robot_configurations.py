@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
-from typing import Any, TYPE_CHECKING
+from collections.abc import Iterable, Mapping, Sequence
+from types import MappingProxyType
+from typing import Any, NamedTuple, TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from msg_adapters.arrays import float64s_to_msg, int64s_to_msg, uint8s_to_msg, uint64s_to_msg
 from msg_adapters.errors import MessageError
 from msg_adapters.names import legend, SceneNames
+from msg_adapters.poses import meant_name
 from scene_graph_msgs.msg import ClearanceTable, CollisionTable, RobotConfigurations
 from scene_graph_ros.geometry.errors import NameConflictError, UnknownIdError
 from scene_graph_ros.geometry.quoting import quoted
@@ -22,6 +24,8 @@ if TYPE_CHECKING:
     from scene_graph_ros.planning import ClearanceColumns
 
 __all__ = [
+    "AS_ONE",
+    "Meaning",
     "RobotNames",
     "clearance_table_to_msg",
     "collision_table_to_msg",
@@ -32,22 +36,51 @@ __all__ = [
 ]
 
 
-class RobotNames:
-    """What robots have, by ``<robot>/<name>``; ``<name>`` where only one of them has it."""
+AS_ONE = 1e-3
+"""rad or m: as far as encoders tell, joints of which one mimics the other are where both say."""
 
-    def __init__(self, noun: str, names: Sequence[str], robots: Iterable[str]) -> None:
-        """``names`` begin with one of the robots' and a slash; ``noun`` is what they name."""
+
+class Meaning(NamedTuple):
+    """Which entry a name means: that is at ``(value - offset) / multiplier``."""
+
+    name: str
+    """In full: of the position itself, or of a joint that mimics it."""
+    row: int
+    is_own: bool = True
+    """Whether it is the position's own name."""
+    multiplier: float = 1.0
+    offset: float = 0.0
+
+
+class RobotNames:
+    """What robots have, by ``<robot>/<name>``; ``<name>`` where only one of them has it.
+
+    Leading slashes are passed over.
+    """
+
+    def __init__(
+        self,
+        noun: str,
+        names: Sequence[str],
+        robots: Iterable[str],
+        followers: Mapping[str, Meaning] = MappingProxyType({}),
+    ) -> None:
+        """``names`` begin with one of the robots' and a slash; ``noun`` is what they name.
+
+        ``followers`` are other names of theirs: joints that mimic others.
+        """
         self.names = tuple(names)
         self._noun = noun
-        self._rows = {name: row for row, name in enumerate(self.names)}
-        self._bare: dict[str, list[int]] = defaultdict(list)
+        self._meanings = {name: Meaning(name, row) for row, name in enumerate(self.names)}
+        self._meanings.update(followers)
+        self._bare: dict[str, list[str]] = defaultdict(list)
         # Names may have slashes in them: the longest robot's name is the robot.
         prefixes = sorted((f"{robot}/" for robot in robots), key=len, reverse=True)
-        for row, name in enumerate(self.names):
+        for name in self._meanings:
             prefix = next(p for p in prefixes if name.startswith(p))
-            self._bare[name[len(prefix) :]].append(row)
-        alone = {rows[0]: bare for bare, rows in self._bare.items() if len(rows) == 1}
-        self._short = [alone.get(row, name) for row, name in enumerate(self.names)]
+            self._bare[name[len(prefix) :]].append(name)
+        alone = {several[0]: bare for bare, several in self._bare.items() if len(several) == 1}
+        self._short = [alone.get(name, name) for name in self.names]
 
     def short(self, row: int) -> str:
         """Return a name without its robot's where only one robot has it."""
@@ -58,18 +91,23 @@ class RobotNames:
 
         Raises UnknownIdError for a name that no robot has, NameConflictError for one of several.
         """
-        if name in self._rows:
-            return self._rows[name]
+        return self.meaning(name, field).row
+
+    def meaning(self, name: str, field: str) -> Meaning:
+        """Return the same, of joints that mimic others, too. Raises as `row`."""
+        name = meant_name(name)
+        if name in self._meanings:
+            return self._meanings[name]
         found = self._bare.get(name, [])
         if not found:
-            known = [*self._rows, *self._bare]
+            known = [*self._meanings, *self._bare]
             raise UnknownIdError(
                 f"{field}: no robot has a {self._noun} {quoted(name)}{suggestion(name, known)}"
             )
         if len(found) > 1:
-            several = ", ".join(self.names[row] for row in found[:5])
+            several = ", ".join(found[:5])
             raise NameConflictError(f"{field}: {quoted(name)} is ambiguous: {several}")
-        return found[0]
+        return self._meanings[found[0]]
 
 
 def count_rows(msg: RobotConfigurations) -> int:
@@ -82,35 +120,69 @@ def configurations_from_msg(
 ) -> NDArray[np.float64]:
     """Return configurations ``(n, nq)``; positions without a name are those of ``present``.
 
-    Without names it is the present one, ``(1, nq)``. Raises UnknownIdError or NameConflictError
-    for a name, MessageError for lengths that don't fit and what is not finite, or beyond all
-    scenes, naming ``field``.
+    Without names it is the present one, ``(1, nq)``. A joint that mimics another says where that
+    is. What is said twice counts where it agrees, of joints that move as one within `AS_ONE`.
+    Raises UnknownIdError or NameConflictError for a name, MessageError for lengths that don't fit,
+    what is not finite, or beyond all scenes, and what contradicts itself, naming ``field``.
     """
     if not len(msg.names):
         if len(msg.positions):
             raise MessageError(f"{field} has {len(msg.positions)} positions, but no names")
         return present[np.newaxis].copy()
-    columns = [names.row(name, f"{field}.names") for name in msg.names]
-    if len(set(columns)) < len(columns):
-        twice = next(n for n, c in zip(msg.names, columns, strict=True) if columns.count(c) > 1)
-        raise MessageError(f"{field}.names has {quoted(twice)} more than once")
+    meanings = [names.meaning(name, f"{field}.names") for name in msg.names]
     values = np.array(msg.positions, dtype=np.float64)
-    if len(values) % len(columns):
+    if len(values) % len(meanings):
         raise MessageError(
             f"{field}.positions has {len(values)} numbers, which is no multiple of the"
-            f" {len(columns)} of names"
+            f" {len(meanings)} of names"
         )
-    values = values.reshape(-1, len(columns))
+    values = values.reshape(-1, len(meanings))
     bad = np.argwhere(~(np.abs(values) <= MAX_COORDINATE))
     if len(bad):
         row, column = bad[0]
         raise MessageError(
-            f"{field}.positions: {names.names[columns[column]]!r} in row {row} must be a number up"
+            f"{field}.positions: {quoted(meanings[column].name)} in row {row} must be a number up"
             f" to {MAX_COORDINATE:g}, not {values[row, column]}"
         )
     result = np.repeat(present[np.newaxis], len(values), axis=0)
-    result[:, columns] = values
+    _fill(result, meanings, values)
+    _check_agreement(result, meanings, values, msg.names, field)
     return result
+
+
+def _fill(
+    result: NDArray[np.float64], meanings: Sequence[Meaning], values: NDArray[np.float64]
+) -> None:
+    """Write values where they belong: a joint's own counts more than those of its followers."""
+    said: dict[int, int] = {}
+    for column, meaning in enumerate(meanings):
+        known = said.get(meaning.row)
+        is_better = known is None or (meaning.is_own and not meanings[known].is_own)
+        if meaning.multiplier and is_better:
+            said[meaning.row] = column
+    for row, column in said.items():
+        meaning = meanings[column]
+        result[:, row] = (values[:, column] - meaning.offset) / meaning.multiplier
+
+
+def _check_agreement(
+    result: NDArray[np.float64],
+    meanings: Sequence[Meaning],
+    values: NDArray[np.float64],
+    said: Sequence[str],
+    field: str,
+) -> None:
+    """Raise MessageError where a value is another than configurations ``(n, nq)`` have."""
+    for column, meaning in enumerate(meanings):
+        expected = meaning.multiplier * result[:, meaning.row] + meaning.offset
+        tolerance = 0.0 if meaning.is_own else AS_ONE
+        is_other = np.abs(values[:, column] - expected) > tolerance
+        if is_other.any():
+            k = int(np.argmax(is_other))
+            raise MessageError(
+                f"{field}: {quoted(said[column])} is at {values[k, column]:.10g} in row {k} of"
+                f" positions, where what else is said puts it at {expected[k]:.10g}"
+            )
 
 
 def configurations_to_msg(

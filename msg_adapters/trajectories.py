@@ -11,7 +11,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from msg_adapters.arrays import float64s_to_msg
 from msg_adapters.errors import MessageError
-from msg_adapters.robot_configurations import RobotNames
+from msg_adapters.robot_configurations import Meaning, RobotNames
 from msg_adapters.stamps import duration_from_msg, duration_to_msg
 from scene_graph_msgs.msg import MotionLimits as MotionLimitsMsg
 from scene_graph_ros.geometry.quoting import quoted
@@ -94,19 +94,15 @@ def motion_limits_from_msg(
     Raises UnknownIdError or NameConflictError for a name, MessageError for lengths that do not
     fit, TrajectoryError for what is no limit and for positions without one.
     """
-    rows = [names.row(name, f"{field}.names") for name in message.names]
-    if len(set(rows)) < len(rows):
-        twice = next(n for n, r in zip(message.names, rows, strict=True) if rows.count(r) > 1)
-        raise MessageError(f"{field}.names has {quoted(twice)} more than once")
+    meanings = [names.meaning(name, f"{field}.names") for name in message.names]
     given: dict[str, dict[str, float]] = {}
     for what in (*_RATES, "jerks"):
         values = getattr(message, f"max_{what}")
-        if len(values) not in (0, len(rows)):
+        if len(values) not in (0, len(meanings)):
             raise MessageError(
-                f"{field}.max_{what} has {len(values)} numbers for {len(rows)} names"
+                f"{field}.max_{what} has {len(values)} numbers for {len(meanings)} names"
             )
-        chosen = zip(rows, values, strict=False)
-        given[what] = {names.names[row]: float(value) for row, value in chosen}
+        given[what] = _narrowest(meanings, values, names, f"{field}.max_{what}")
     for what, of_others in (
         ("accelerations", message.max_acceleration),
         ("jerks", message.max_jerk),
@@ -122,6 +118,31 @@ def motion_limits_from_msg(
         acceleration_scaling=message.acceleration_scaling,
         positions=positions,
     )
+
+
+def _narrowest(
+    meanings: Sequence[Meaning],
+    values: Sequence[float],
+    names: RobotNames,
+    field: str,
+) -> dict[str, float]:
+    """Return rates by position: of a joint and those that mimic it, what keeps all of them.
+
+    Raises MessageError where a name comes twice, with two values.
+    """
+    result: dict[str, float] = {}
+    by_name: dict[str, float] = {}
+    for meaning, value in zip(meanings, values, strict=False):
+        known = by_name.setdefault(meaning.name, float(value))
+        if known != value:
+            raise MessageError(
+                f"{field} has {quoted(meaning.name)} twice, with {known:.10g} and {value:.10g}"
+            )
+        if meaning.multiplier == 0.0:
+            continue  # It stands still, whatever its leader does.
+        most, position = float(value) / abs(meaning.multiplier), names.names[meaning.row]
+        result[position] = min(result.get(position, most), most)
+    return result
 
 
 def rise_time_from_msg(duration: Duration, field: str) -> float:

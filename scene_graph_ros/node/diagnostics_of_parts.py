@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from scene_graph_ros.node.world.description_channel import DescriptionChannel
 from scene_graph_ros.node.world.intake import UNSTAMPED
 from scene_graph_ros.node.world.joint_channel import JointChannel
 from scene_graph_ros.node.world.robot_motion import BASE, RobotMotion
@@ -35,6 +36,8 @@ def parts_of(channel: Any, now: int, moment: int, max_age: float) -> Parts:
         values.update({f"missing: {n}": why for n, why in tuple(channel.missing.items())})
         first = next(iter(tuple(channel.missing.values())), "")
         return Parts(values, warning=first)
+    if isinstance(channel, DescriptionChannel) and channel.failure:
+        return Parts({}, warning=f"the newest description is not used: {channel.failure}")
     return Parts({})
 
 

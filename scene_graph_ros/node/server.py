@@ -36,6 +36,8 @@ from scene_graph_ros.node.world.subscriptions import Subscriptions
 from scene_graph_ros.node.world.world import World, WorldSnapshot
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from scene_graph_ros.node.recording.recorder import Recorder
     from scene_graph_ros.node.services.descriptions import Descriptions
     from scene_graph_ros.node.world.kept_regions import KeptRegions
@@ -330,7 +332,7 @@ class Server:
     def _follow_scene(self) -> list[Topic]:
         return self._subscriptions.follow_scene()
 
-    def _describe(self, name: str, text: str) -> None:
+    def _describe(self, name: str, text: str, told: Callable[[str], None]) -> None:
         """Have a robot become as a text describes it; the thread for that comes with the first."""
         if self._descriptions is None:
             from scene_graph_ros.node.services.descriptions import Descriptions
@@ -343,7 +345,7 @@ class Server:
                 lambda: self.recorder,
                 self.scene_changed,
             )
-        self._descriptions.describe(name, text)
+        self._descriptions.describe(name, text, told)
 
     def _limits(self) -> TimeLimits:
         return TimeLimits(

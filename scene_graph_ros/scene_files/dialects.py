@@ -5,7 +5,7 @@ from __future__ import annotations
 from scene_graph_ros.located import Location, SceneFileError
 from scene_graph_ros.scene_files.xml_tree import XmlElement
 
-__all__ = ["check_dialect", "joint_dialect", "shape_dialect"]
+__all__ = ["check_dialect", "joint_dialect", "link_dialect", "part_dialect", "shape_dialect"]
 
 _ROOTS = {
     "sdf": "an SDF, as Gazebo has them",
@@ -31,6 +31,28 @@ _SHAPES = {
     "heightmap": "Gazebo's word for a field of heights, which is not read",
     "ellipsoid": "not URDF's: <drake:ellipsoid a= b= c=> is read",
 }
+
+
+_PARTS = {
+    "deformable": "Bullet's word for a body that deforms, which a scene file's geometries may",
+    "model": "SDF's word for a robot",
+    "body": "MJCF's word for a link",
+}
+
+
+def part_dialect(root: XmlElement) -> str:
+    """Return whose word something in a robot without links is, to follow a sentence; or ""."""
+    for child in root.children:
+        if child.tag in _PARTS:
+            return f", but <{child.tag}>: it is {_PARTS[child.tag]}"
+    return ""
+
+
+def link_dialect(name: str) -> str:
+    """Return whose word the name of a link is that is not there, to follow a sentence; or ""."""
+    if name != "world":
+        return ""
+    return ': Drake has such a link in every file; <link name="world"/> says so to all'
 
 
 def check_dialect(root: XmlElement) -> None:

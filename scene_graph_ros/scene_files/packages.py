@@ -32,6 +32,9 @@ ROBOT_ENDINGS = (".urdf", ".srdf", ".xml")
 
 _INDEX = Path("share/ament_index/resource_index/packages")
 
+_NEXT = 3
+"""Folders above a file in which packages without a manifest may be."""
+
 MAX_RESOURCE = 4096
 """Characters of an address: as many bytes as Linux takes for a path."""
 
@@ -50,7 +53,8 @@ class Packages:
     4. each folder of ``ROS_PACKAGE_PATH``, searched like ``package_dirs``;
     5. the folders above the file that names the package, as in a source checkout;
     6. the prefixes of this Python environment, where wheels put robot descriptions;
-    7. of the folders above the file one that is called as the package, without a manifest.
+    7. without a manifest, of the folders above the file one that is called as the package, or one
+       that is in the next ones of these.
 
     ``reach`` says which of the texts that are found may be read.
     """
@@ -93,10 +97,14 @@ class Packages:
                 searched.append(label)
             if folder is not None:
                 return folder
-        for above in () if near is None else near.resolve().parents:
-            # A copy without its manifest, as wheels have them.
+        # A copy without its manifest, as wheels have them.
+        parents = () if near is None else near.resolve().parents
+        for above in parents:
             if above.name == name:
                 return above
+        for above in parents[:_NEXT]:
+            if name not in (".", "..") and _is(stat.S_ISDIR, above / name):
+                return above / name
         places = ", ".join(searched) or "nowhere (AMENT_PREFIX_PATH is not set)"
         raise UnknownPackageError(f"package {name!r} not found; searched {places}")
 

@@ -117,7 +117,8 @@ def _moving_base(
     base = spec.base
     if not base.moves:
         return None
-    parent, link = base.tf or (base.parent or "", base.link or "")
+    named = base.tf or (base.parent or "", base.link or "")
+    parent, link = (name.removeprefix("/") for name in named)
     if base.tf is not None:
         link = link.removeprefix(spec.prefix)
     name = link or model.root

@@ -83,7 +83,7 @@ class _Reader:
 
     def _link(self, element: XmlElement, attribute: str) -> str | None:
         """Return a link's name, or None with a warning if the robot has no such link."""
-        name = element.string(attribute)
+        name = element.name(attribute)
         if name in self.robot.links:
             self.matched = True
             return name
@@ -120,7 +120,7 @@ class _Reader:
         for element in self.root.all("group_state"):
             positions = {}
             for joint in element.all("joint"):
-                name = joint.string("name")
+                name = joint.name("name")
                 values = joint.string("value").split()
                 known = self.robot.joints.get(name)
                 if known is None and len(values) != 1:
@@ -147,7 +147,7 @@ class _Reader:
                     f" link {self.robot.root!r}",
                 )
             elif link is not None:
-                name, parent = element.string("name"), element.string("parent_frame")
+                name, parent = element.name("name"), element.name("parent_frame")
                 yield VirtualJoint(name, kind, parent, link, element.location())
 
     def _groups(self) -> dict[str, tuple[str, ...]]:
@@ -179,8 +179,8 @@ class _Reader:
             return known[name]
         element, members = elements[name], set()
         for joint in element.all("joint"):
-            if joint.string("name") in self.robot.joints:
-                members.add(joint.string("name"))
+            if joint.name("name") in self.robot.joints:
+                members.add(joint.name("name"))
             else:
                 self._no_joint(joint)
         for link in element.all("link"):

@@ -31,7 +31,12 @@ from scene_graph_ros.robots.robot_parts import (
     Pose,
     PrimitiveShape,
 )
-from scene_graph_ros.scene_files.dialects import check_dialect, joint_dialect, shape_dialect
+from scene_graph_ros.scene_files.dialects import (
+    check_dialect,
+    joint_dialect,
+    part_dialect,
+    shape_dialect,
+)
 from scene_graph_ros.scene_files.inertials import inertial_of
 from scene_graph_ros.scene_files.joint_limits import check_ranges, joint_limits, velocity_limit
 from scene_graph_ros.scene_files.packages import Packages, resolve_resource
@@ -102,13 +107,15 @@ class _Reader:
     def robot(self) -> RobotModel:
         links = self._unique(self._link(element) for element in self.root.all("link"))
         if not links:
-            raise SceneFileError(f"{Location(self.root.file, self.root.line)}: no <link>")
+            place = Location(self.root.file, self.root.line)
+            raise SceneFileError(f"{place}: no <link>{part_dialect(self.root)}")
         joints = self._unique(self._joint(element) for element in self.root.all("joint"))
         joints, warnings = free_of_the_missing(joints)
         self.warnings.extend(warnings)
         base, ordered = arrange_joints(self.root, links, joints)
         check_mimics(ordered)
         check_ranges(ordered)
+        self.warnings.extend(self.root.remarks)
         return RobotModel(
             name=self.root.attributes.get("name", "").strip() or "robot",
             file=self.root.file,
@@ -147,7 +154,7 @@ class _Reader:
 
     def _link(self, element: XmlElement) -> Link:
         return Link(
-            name=element.string("name"),
+            name=element.name("name"),
             collisions=self._geometries(element, "collision"),
             visuals=self._geometries(element, "visual"),
             location=element.location(),
@@ -170,9 +177,12 @@ class _Reader:
         for index, element in enumerate(link.all(tag)):
             name = element.attributes.get("name", "").strip()
             if not name or name in taken:
-                generated = f"{link.attributes['name'].strip()}_{tag}_{index}"
+                generated = f"{link.name('name')}_{tag}_{index}"
                 name = free_name(generated, given | taken)
             taken.add(name)
+            if tag == "visual" and _shows_nothing(element):
+                self.warnings.append(f"{element.location()}: a size of 0 shows nothing: left out")
+                continue
             try:
                 geometry = LinkGeometry(
                     name=name,
@@ -247,7 +257,7 @@ class _Reader:
         return None
 
     def _joint(self, element: XmlElement) -> Joint:
-        name = element.string("name")
+        name = element.name("name")
         word = element.string("type")
         try:
             kind = JointType(word)
@@ -271,8 +281,8 @@ class _Reader:
         return Joint(
             name=name,
             type=kind,
-            parent=element.required_child("parent").string("link"),
-            child=element.required_child("child").string("link"),
+            parent=element.required_child("parent").name("link"),
+            child=element.required_child("child").name("link"),
             X_PC=_origin(element),
             axis=_axis(element, kind),
             lower=lower,
@@ -284,6 +294,24 @@ class _Reader:
 
 
 _SHAPES = ("box", "sphere", "cylinder", "capsule", "mesh", "drake:capsule", "drake:ellipsoid")
+
+
+def _shows_nothing(visual: XmlElement) -> bool:
+    """Tell whether a ``<visual>`` has a size of 0, as some files have them to switch it off."""
+    geometry = visual.child("geometry")
+    texts = [
+        shape.attributes.get(name, "")
+        for shape in (() if geometry is None else geometry.children)
+        for name in ("size", "radius", "length", "scale")
+    ]
+    return any(_is_zero(part) for text in texts for part in text.split())
+
+
+def _is_zero(text: str) -> bool:
+    try:
+        return float(text) == 0.0
+    except ValueError:
+        return False
 
 
 def free_name(name: str, taken: Container[str]) -> str:
@@ -321,6 +349,4 @@ def _axis(element: XmlElement, kind: JointType) -> tuple[float, float, float]:
 
 
 def _mimic(mimic: XmlElement) -> Mimic:
-    return Mimic(
-        mimic.string("joint"), mimic.number("multiplier", "1"), mimic.number("offset", "0")
-    )
+    return Mimic(mimic.name("joint"), mimic.number("multiplier", "1"), mimic.number("offset", "0"))

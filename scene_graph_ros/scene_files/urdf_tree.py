@@ -8,6 +8,7 @@ import dataclasses
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.located import Location, SceneFileError, suggestion
 from scene_graph_ros.robots.robot_parts import Joint, Link
+from scene_graph_ros.scene_files.dialects import link_dialect
 from scene_graph_ros.scene_files.xml_tree import XmlElement
 
 __all__ = ["arrange_joints", "check_mimics", "free_of_the_missing"]
@@ -25,7 +26,8 @@ def arrange_joints(
         for role, name in (("parent", joint.parent), ("child", joint.child)):
             if name not in links:
                 raise SceneFileError(
-                    f"{joint.location}/{role}: no link {name!r}{suggestion(name, links)}"
+                    f"{joint.location}/{role}: no link {quoted(name)}"
+                    f"{link_dialect(name) or suggestion(name, links)}"
                 )
         if joint.child in by_child:
             other = by_child[joint.child]

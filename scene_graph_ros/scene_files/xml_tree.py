@@ -36,6 +36,8 @@ class XmlElement:
     """How many children of this tag the parent has before."""
     children: list[XmlElement] = field(default_factory=list)
     text: str = ""
+    remarks: list[str] = field(default_factory=list)
+    """What was noticed while the tree was read, the same list for all of it."""
 
     @property
     def path(self) -> str:
@@ -61,11 +63,27 @@ class XmlElement:
         return next(self.all(tag), None)
 
     def only_child(self, tag: str) -> XmlElement | None:
-        """Return the child called ``tag``, if there is one; raise if there are several."""
+        """Return the child called ``tag``, if there is one.
+
+        Of several that say the same the first counts, with a remark; others are refused.
+        """
         found = list(self.all(tag))
-        if len(found) > 1:
-            raise found[1].error(f"second <{tag}>, the first is in line {found[0].line}")
+        for other in found[1:]:
+            what = f"second <{tag}>, the first is in line {found[0].line}"
+            if not found[0].says_as(other):
+                raise other.error(what)
+            remark = f"{other.location()}: {what}, and says the same"
+            if remark not in self.remarks:
+                self.remarks.append(remark)
         return found[0] if found else None
+
+    def says_as(self, other: XmlElement) -> bool:
+        """Tell whether another element has the same tag, attributes, text and children."""
+        own, its = ((e.tag, e.attributes, e.text.split()) for e in (self, other))
+        if own != its or len(self.children) != len(other.children):
+            return False
+        pairs = zip(self.children, other.children, strict=True)
+        return all(mine.says_as(their) for mine, their in pairs)
 
     def required_child(self, tag: str) -> XmlElement:
         """Return the one child called ``tag``; raise if it is missing or there are several."""
@@ -90,7 +108,17 @@ class XmlElement:
             raise self.error("missing attribute", name)
         if not value.strip():
             raise self.error(f"must not be empty, got {quoted(value)}", name)
+        if "${" in value or "$(" in value:
+            text = f"{quoted(value)} is for xacro; expand the file with xacro first"
+            raise self.error(text, name)
         return value.strip()
+
+    def name(self, attribute: str) -> str:
+        """Return an attribute that names something, without the slash that it begins with."""
+        name = self.string(attribute).removeprefix("/")
+        if not name:
+            raise self.error("must not be empty, got '/'", attribute)
+        return name
 
     def numbers(self, name: str, count: int, default: str | None = None) -> tuple[float, ...]:
         """Return an attribute that holds ``count`` finite numbers parted by blanks."""
@@ -136,6 +164,7 @@ class _TreeBuilder:
         self.counts: list[dict[str, int]] = []
         self.texts: list[list[str]] = []
         self.total = 0
+        self.remarks: list[str] = []
         self.parser = expat.ParserCreate()
         self.parser.buffer_text = True
         self.parser.StartElementHandler = self.start
@@ -160,7 +189,7 @@ class _TreeBuilder:
             raise self.fail(f"<{tag}>: more than {MAX_ELEMENTS} elements")
         if len(self.open) >= MAX_DEPTH:
             raise self.fail(f"<{tag}>: nested more than {MAX_DEPTH} deep")
-        self._open(XmlElement(tag, attributes, self.file, self.line))
+        self._open(XmlElement(tag, attributes, self.file, self.line, remarks=self.remarks))
 
     def _open(self, element: XmlElement) -> None:
         if self.open:

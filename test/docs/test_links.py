@@ -9,7 +9,16 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")]
-NOT_OURS = {".git", ".venv", ".venv-core", "build", "install", "log", "__pycache__"}
+NOT_OURS = {
+    ".git",
+    ".venv",
+    ".venv-core",
+    ".venv-colcon",
+    "build",
+    "install",
+    "log",
+    "__pycache__",
+}
 NAMED = re.compile(r"`([\w.*<>/-]*(?:\.(?:py|md|js|srv|msg|csv)|\w/))`")
 """A file of ours or, where the last letter is a slash, a folder."""
 

@@ -154,7 +154,11 @@ def test_jerks_are_limited_where_something_says_so():
         ({}, TrajectoryError, "'two/lift' has no limit of velocity"),
         ({"names": ["lift"], "max_velocities": [1.0]}, TrajectoryError, "no limit of acceler"),
         ({"names": ["lfit"]}, UnknownIdError, "limits.names: no robot has a position 'lfit'"),
-        ({"names": ["lift", "two/lift"]}, MessageError, "limits.names has 'lift' more than once"),
+        (
+            {"names": ["lift", "/two/lift"], "max_velocities": [1.0, 2.0]},
+            MessageError,
+            "limits.max_velocities has 'two/lift' twice, with 1 and 2",
+        ),
         ({"names": ["lift"], "max_velocities": [1.0, 2.0]}, MessageError, "2 numbers for 1 names"),
         (
             {"names": ["lift"], "max_velocities": [0.0], "max_acceleration": 1.0},

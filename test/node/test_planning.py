@@ -132,6 +132,46 @@ def test_a_goal_of_several_and_a_start_elsewhere(action, joints):
     assert list(result.path.positions) == [2.0, 2.5]
 
 
+def test_a_start_that_overlaps_is_led_out_where_the_goal_says_so(action, joints, client):
+    """The ball is 5 mm in the post: out by a millimetre first, and proven from there on."""
+    wanted = {"start": at(0.705), "goals": at(0.0)}
+    result, _ = Sent(action, **wanted).end()
+    assert result.failure == PlanPath.Result.START_COLLIDES
+    assert result.reason.endswith("overlap by 5 mm")
+    result, _ = Sent(action, **wanted, start_overlap=0.004).end()
+    assert result.reason.endswith("and start_overlap allows 4 mm")
+    holds = client.listen(PlanHolds, "plan_holds")
+    limits = MotionLimits(names=["/rail"], max_velocities=[1.0], max_acceleration=1.0)
+    sent = Sent(action, **wanted, start_overlap=0.01, with_trajectory=True, limits=limits)
+    result, status = sent.end()
+    assert status == GoalStatus.STATUS_SUCCEEDED, result
+    first, out, last = result.path.positions
+    assert (first, last, result.free_from) == (0.705, 0.0, 1)
+    assert out == pytest.approx(0.699, abs=6e-4)
+    assert 0.0 < result.least_clearance <= 0.7 - out
+    k = result.trajectory_free_from
+    assert list(result.trajectory.points[k].positions) == [out]
+    assert list(result.trajectory.points[k].velocities) == [0.0]
+    assert 0.0 < result.trajectory_clearance <= 0.7 - out
+    goal = list(sent.handle.goal_id.uuid)
+    told = holds.wait_for_newest(lambda m: list(m.goal_id.uuid) == goal, "a proof")
+    assert told.holds, told.reason
+
+
+def test_names_with_slashes_and_twice_are_taken_where_they_agree(action, joints):
+    """As joint states have them; else both values are named."""
+    twice = RobotConfigurations(names=["/rail", "slide/rail"], positions=[0.5, 0.5])
+    result, status = Sent(action, goals=twice).end()
+    assert status == GoalStatus.STATUS_SUCCEEDED, result
+    twice.positions[1] = 0.25
+    result, _ = Sent(action, goals=twice).end()
+    assert result.status.code == Status.INVALID_ARGUMENT
+    assert "'slide/rail' is at 0.25 in row 0 of positions" in result.status.message
+    assert "puts it at 0.5" in result.status.message
+    result, _ = Sent(action, goals=at(0.5), start_overlap=-1.0).end()
+    assert "start_overlap must not be negative" in result.status.message
+
+
 def test_a_tool_is_put_where_the_goal_says(action, joints):
     """What is 0.3 m in front of the ball comes to 0.5; of three goals the last can be reached."""
     sent = Sent(action, pose_goals=[tool_at(0.5, tool=0.3)], environment_padding=0.01)

@@ -264,3 +264,22 @@ def test_growing_is_cancelled(action):
     assert status == GoalStatus.STATUS_CANCELED
     assert result.failure == F.CANCELED
     assert re.match(r"cancelled after .* s, while regions grew", result.reason)
+
+
+def test_a_start_a_little_beyond_its_limit_is_moved_back_first(action):
+    """The rail reads 0.4 mm beyond its limit of -9 m; the regions end there, as the limit does."""
+    regions = {"text": intervals(a=(-9.0, -8.0), b=(-8.5, -7.0))}
+    start = at(-9.0004)
+    result = ended(action, **asked(-7.5, regions, start=start))
+    points = result.trajectory.points
+    assert list(points[0].positions) == [-9.0004]
+    assert list(points[-1].positions) == pytest.approx([-7.5], abs=1e-9)
+    times = [seconds_of(point) for point in points]
+    assert (np.diff(times) > 0.0).all()
+    positions = np.array([point.positions[0] for point in points])
+    rest = [i for i, point in enumerate(points) if point.velocities[0] == 0.0]
+    assert positions[rest].tolist() == pytest.approx([-9.0004, -9.0, -7.5], abs=1e-9)
+    result, _ = Sent(action, **asked(-7.5, regions, start=at(-9.002))).end()
+    assert result.failure == F.START_BEYOND_LIMITS
+    result, _ = Sent(action, **asked(-7.5, regions, start_overlap=0.01)).end()
+    assert "start_overlap must be 0 with the planner 'regions'" in result.status.message

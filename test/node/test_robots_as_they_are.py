@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from nav_msgs.msg import Odometry
 from node_harness import diagnostics_values, wait_until
 import pytest
@@ -187,10 +187,20 @@ def test_a_robot_becomes_what_it_is_described_as_next(client, description, sende
     senders(stamp_from_msg(client.now()), x=2.0, arm_j=0.0, grip_j=0.25)
     wait_until(lambda: place(client, "two/grip") == (3.0, 0.0, 1.25), "a pose")
     version = client.call("DescribeScene").scene_version
+    diagnostics = client.listen(DiagnosticArray, "/diagnostics")
+
+    def told(message):
+        (entry,) = (s for s in message.status if s.name.endswith("source two descriptions"))
+        return entry
+
     description.publish(String(data=URDF.replace('origin xyz="0 0 1"', 'origin xyz="0 0 high"')))
-    node_says = "its description can't be used"
+    message = diagnostics.wait_for_newest(lambda m: "not used" in told(m).message, "the failure")
+    assert told(message).level == DiagnosticStatus.WARN
+    assert "origin.xyz: expected a number" in told(message).message
+    assert client.call("DescribeScene").scene_version == version
     description.publish(String(data=URDF.replace('origin xyz="0 0 1"', 'origin xyz="0 0 2"')))
-    wait_until(lambda: place(client, "two/grip") == (3.0, 0.0, 2.25), node_says)
+    wait_until(lambda: place(client, "two/grip") == (3.0, 0.0, 2.25), "the robot, higher")
+    diagnostics.wait_for_newest(lambda m: "not used" not in told(m).message, "no failure")
     assert client.call("DescribeScene").scene_version > version
     senders(stamp_from_msg(client.now()), arm_j=math.pi / 2)
     wait_until(lambda: place(client, "two/grip") == (2.0, 1.0, 2.25), "a pose")

@@ -142,6 +142,18 @@ def test_addresses_with_blanks_and_of_this_machine(tmp_path, address):
     assert resolve_resource(resource, base=folder / "a.urdf", packages=Packages()) == part
 
 
+@pytest.mark.parametrize("urdf", ["robot/a.urdf", "robot/x/a.urdf", "robot/x/y/a.urdf"])
+def test_a_package_without_a_manifest_beside_its_urdf(tmp_path, urdf):
+    """A folder that is called so, of one of the three folders above the file."""
+    part = tmp_path / "robot" / "arm_description" / "part.stl"
+    part.parent.mkdir(parents=True)
+    part.write_text("solid")
+    found = resolve_resource(
+        "package://arm_description/part.stl", base=tmp_path / urdf, packages=Packages()
+    )
+    assert found == part
+
+
 def test_a_file_that_is_called_with_a_percent_sign_is_that_file(tmp_path):
     """Only where it is not there the sign is an escape."""
     part = tmp_path / "a%20b.stl"
@@ -203,13 +215,83 @@ def test_other_dialects_are_named(text, words):
         load_urdf(text)
 
 
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (
+            '<robot name="a"><link name="l"/><joint name="j" type="fixed"><parent link="world"/>'
+            '<child link="l"/></joint></robot>',
+            "no link 'world': Drake has such a link",
+        ),
+        ('<robot name="a"><deformable name="d"/></robot>', "<deformable>: it is Bullet's word"),
+        (arm('<limit lower="${-pi}" upper="1"/>'), "limit.lower: '${-pi}' is for xacro"),
+        (arm('<origin xyz="$(optenv XYZ 0 0 1)"/>'), "is for xacro; expand the file"),
+    ],
+)
+def test_what_other_programs_expand_or_add_is_named(text, words):
+    """Whose it is, and what to do."""
+    with pytest.raises(SceneFileError) as error:
+        load_urdf(text)
+    assert words in str(error.value)
+
+
+@pytest.mark.parametrize(
+    "shape",
+    ['<sphere radius="0.0"/>', '<box size="1 0 1"/>', '<mesh filename="x.stl" scale="1 1 0"/>'],
+)
+def test_a_size_of_nothing_costs_a_visual_alone(shape):
+    """Some files switch a visual off by it; a collision of no size is refused, as before."""
+    part = "<{0}><geometry>{1}</geometry></{0}>"
+    body = part.format("collision", '<sphere radius="1"/>') + "\n" + part.format("visual", shape)
+    robot = load_urdf(f'<robot name="a"><link name="l">{body}</link></robot>')
+    assert (len(robot.links["l"].collisions), robot.links["l"].visuals) == (1, ())
+    (warning,) = [text for text in robot.warnings if "left out" in text]
+    assert ":2: link['l']/visual: a size of 0 shows nothing" in warning
+    with pytest.raises(SceneFileError, match="must be"):
+        load_urdf(
+            f'<robot name="a"><link name="l">{part.format("collision", shape)}</link></robot>'
+        )
+
+
+def test_what_is_said_twice_is_told_where_it_agrees():
+    """The first counts; a joint with two axes that differ is refused with both lines."""
+    axes = '<axis xyz="0 1 0"/>\n<axis xyz="0 {} 0"/>'
+    robot = load_urdf(arm(extra=axes.format("1")))
+    assert robot.joints["j"].axis == (0.0, 1.0, 0.0)
+    (remark,) = robot.warnings
+    assert ":5: joint['j']/axis[1]: second <axis>, the first is in line 4, and says" in remark
+    with pytest.raises(SceneFileError, match=r":5: .*second <axis>, the first is in line 4"):
+        load_urdf(arm(extra=axes.format("-1")))
+
+
+def test_slashes_before_names_are_passed_over():
+    """Of links, joints, and what speaks of them, also in an SRDF."""
+    robot = load_urdf(
+        '<robot name="a"><link name="/base"/><link name="arm"/><link name="f"/>'
+        '<joint name="/j" type="continuous"><parent link="base"/><child link="/arm"/></joint>'
+        '<joint name="k" type="continuous"><parent link="/arm"/><child link="f"/>'
+        '<mimic joint="/j"/></joint></robot>'
+    )
+    assert list(robot.links) == ["base", "arm", "f"]
+    assert robot.joints["k"].mimic.joint == "j"
+    srdf = load_srdf(
+        '<robot name="a"><virtual_joint name="/v" type="planar" parent_frame="/odom"'
+        ' child_link="/base"/><group name="g"><joint name="/j"/></group>'
+        '<disable_collisions link1="/base" link2="/arm"/></robot>',
+        robot,
+    )
+    assert srdf.virtual_joints[0].parent_frame == "odom"
+    assert srdf.groups["g"] == ("j",)
+    assert not srdf.warnings
+
+
 def broken(tmp_path):
     """Return a robot with two parts that can't be read, and one that can."""
     (tmp_path / "part.stl").write_text("no mesh")
     file = tmp_path / "a.urdf"
     file.write_text(
         f'<robot name="a"><link name="l"><collision>{BALL}</collision>\n'
-        '<visual><geometry><sphere radius="0"/></geometry></visual>\n'
+        '<visual><geometry><sphere radius="-1"/></geometry></visual>\n'
         '<visual><geometry><mesh filename="gone.stl"/></geometry></visual></link></robot>'
     )
     return file

@@ -171,7 +171,7 @@ def test_shapes_are_refused_with_their_place(shape, message):
         ('<limit lower="low"/>', "4: joint['j']/limit.lower: expected a number, got 'low'"),
         ("<mimic/>", "4: joint['j']/mimic.joint: missing attribute"),
         ('<mimic joint="j"/>', "3: joint['j']/mimic: joints mimic each other: j -> j"),
-        ('<parent link="a"/>', "4: joint['j']/parent[1]: second <parent>, the first is in line 3"),
+        ('<parent link="b"/>', "4: joint['j']/parent[1]: second <parent>, the first is in line 3"),
     ],
 )
 def test_joints_are_refused_with_their_place(joint, message):

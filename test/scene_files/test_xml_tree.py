@@ -57,8 +57,9 @@ def test_missing_attribute_and_child():
 
 
 def test_second_child_names_the_first():
-    """Where one child is meant, the second one is refused with the line of the first."""
-    link = parse_xml("<robot><link>\n<origin/>\n<origin/></link></robot>", "r").children[0]
+    """Where one child is meant, another one is refused with the line of the first."""
+    text = "<robot><link>\n<origin/>\n<origin xyz='1 0 0'/></link></robot>"
+    link = parse_xml(text, "r").children[0]
     with pytest.raises(SceneFileError, match=r"^r:3: link/origin\[1\]: second <origin>.* line 2$"):
         link.only_child("origin")
 

@@ -131,7 +131,7 @@ def _set_up_peers(venv: Path) -> None:
 
 
 def _set_up_workspace(venv: Path) -> None:
-    """Add to `.venv` what builds a workspace."""
+    """Make `.venv-colcon`: what builds a workspace, with a Python of its own, as Debian's has."""
     environment.check_machine(with_compiler=True)
     _wheels(Setup(venv / "setup", count=2), venv, "workspace", "colcon_core")
 
@@ -148,7 +148,7 @@ def _main() -> int:
     choice.add_argument("--core", action="store_true", help="only .venv-core, without ROS")
     choice.add_argument("--docs", action="store_true", help="only what writes pages, into .venv")
     choice.add_argument("--peers", action="store_true", help="only the peers, into .venv")
-    choice.add_argument("--workspace", action="store_true", help="only colcon, into .venv")
+    choice.add_argument("--workspace", action="store_true", help="only colcon, into .venv-colcon")
     choice.add_argument("--without-kernels", action="store_true", help="do not compile kernels")
     choice.add_argument(
         "--all-kernels", action="store_true", help="compile also what scenes may ask for"
@@ -175,7 +175,7 @@ def _main() -> int:
         elif arguments.peers:
             _set_up_peers(_ROOT / ".venv")
         elif arguments.workspace:
-            _set_up_workspace(_ROOT / ".venv")
+            _set_up_workspace(_ROOT / ".venv-colcon")
         else:
             kernels = () if arguments.without_kernels else ("main",)
             core = functools.partial(_set_up_core, _ROOT / ".venv-core")

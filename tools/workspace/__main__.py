@@ -2,6 +2,8 @@
 
 Run as `.venv/bin/python -m tools.workspace` from the project's root. The interpreter's prefix
 stands for the ROS installation; everything of the project itself must come from the workspace.
+Colcon is that of another environment, with another Python, as Debian's is: `.venv` is active, and
+has none. The node is started by its installed program, as `ros2 run` does it.
 """
 
 from __future__ import annotations
@@ -21,9 +23,12 @@ from tools.bootstrap.progress import Setup, SetupError
 
 _ROOT = Path(__file__).resolve().parents[2]
 _VENV = Path(sys.prefix)
+_COLCON = _ROOT / ".venv-colcon" / "bin" / "colcon"
 _WORKSPACE = _VENV / "workspace"
 _SCENE = "package://scene_graph_ros/config/scenes/panda_cell.yaml"
 _STOP_SECONDS = 20.0
+_ACTIVE_PYTHON = "/env python3"
+"""What runs programs of a workspace: the Python of the environment that is active."""
 
 
 def copy_checkout(source: Path, target: Path) -> None:
@@ -57,7 +62,7 @@ def _build(setup: Setup) -> None:
         f"-DPython3_EXECUTABLE={_VENV / 'bin' / 'python'}",
         "-DBUILD_TESTING=OFF",
     ]
-    colcon: list[str | Path] = [_VENV / "bin" / "colcon", "--log-base", _WORKSPACE / "log"]
+    colcon: list[str | Path] = [_COLCON, "--log-base", _WORKSPACE / "log"]
     # Else colcon has one thing compiled at a time while others are at work on the machine.
     jobs = str(os.cpu_count() or 1)
     parallel = {"MAKEFLAGS": f"-j{jobs}", "CMAKE_BUILD_PARALLEL_LEVEL": jobs}
@@ -85,13 +90,22 @@ def program(package: str, name: str, environment: Mapping[str, str]) -> Path:
     raise SetupError(f"no prefix of {prefixes} holds the package {package}")
 
 
+def first_line(script: Path) -> str:
+    """Return the line that says what runs a program."""
+    with script.open("rb") as file:
+        return file.readline(1000).decode(errors="replace").strip()
+
+
 @contextlib.contextmanager
 def _node(environment: Mapping[str, str]) -> Iterator[None]:
     """Run the installed node on the example scene; it must end well when it is asked to."""
     installed = program("scene_graph_ros", "scene_graph_node", environment)
     if not installed.is_relative_to(_WORKSPACE):
         raise SetupError(f"{installed} would run, which is not of {_WORKSPACE}")
-    print(f"node: {installed}")
+    first = first_line(installed)
+    if not first.endswith(_ACTIVE_PYTHON):
+        raise SetupError(f"{installed} begins with {first!r}: it would run with another Python")
+    print(f"node: {installed}, {first}")
     command = [str(installed), "--ros-args", "-p", f"scene:={_SCENE}", "--log-level", "warn"]
     process = subprocess.Popen(command, env=dict(environment), cwd=_WORKSPACE)
     try:

@@ -13,6 +13,7 @@ from scene_graph_ros.node.world.planned_path import PlannedPath
 from scene_graph_ros.node.world.planning_robots import PlanningRobots
 from scene_graph_ros.node.world.world import WorldSnapshot
 from scene_graph_ros.planning import EdgeMeasure, EdgeStatus, SceneGraphCollisionChecker
+from scene_graph_ros.planning.checker.start_overlap import start_overlap_of
 
 __all__ = ["PathInWorld", "PathProof", "Stop"]
 
@@ -80,12 +81,25 @@ class PathInWorld:
         return self.robots.carried(self.snapshot.query.snapshot)
 
     def prove(self) -> PathProof:
-        """Prove each edge, or find the first that is not free."""
-        measures = self.checker.measure_edges(self.curves)
+        """Prove each edge, or find the first that is not free.
+
+        Of edges that lead out of a collision it is proven that no pair gets deeper.
+        """
+        k = self.path.free_from
+        measures = self._leading() + self.checker.measure_edges(self.curves[k:])
         for edge, measure in enumerate(measures):
             if not measure.completely_free:
                 return self._stopped(edge, measure)
-        return PathProof(True, "", min(each.least_clearance for each in measures), None)
+        free = [each.least_clearance for each in measures[k:]]
+        return PathProof(True, "", min(free, default=0.0), None)
+
+    def _leading(self) -> list[EdgeMeasure]:
+        """Return how far the edges before all is free are proven, from the start as it is."""
+        curves = self.curves[: self.path.free_from]
+        if not len(curves):
+            return []
+        overlap = start_overlap_of(self.checker, self.configurations[0])
+        return (self.checker if overlap is None else overlap.checker).measure_edges(curves)
 
     def _stopped(self, edge: int, measure: EdgeMeasure) -> PathProof:
         assert measure.configuration is not None

@@ -34,18 +34,19 @@ class Descriptions:
         self._world, self._loader, self._prepare = world, loader, prepare
         self._recorder, self._changed = recorder, changed
         self._condition = threading.Condition()
-        self._waiting: deque[tuple[str, str]] = deque()
+        self._waiting: deque[tuple[str, str, Callable[[str], None]]] = deque()
         self._is_stopped = False
         self._thread: threading.Thread | None = None
-        self.failures: dict[str, str] = {}
-        """Why robots are not as they were described last, by name."""
         stop_at_exit(self, Descriptions.stop)
 
-    def describe(self, name: str, text: str) -> None:
-        """Have a robot become as a text says; of texts that wait only the newest counts."""
+    def describe(self, name: str, text: str, told: Callable[[str], None]) -> None:
+        """Have a robot become as a text says; of texts that wait only the newest counts.
+
+        ``told`` is called with the reason where it can't be used, and with "" where it is.
+        """
         with self._condition:
             others = [one for one in self._waiting if one[0] != name]
-            self._waiting = deque([*others, (name, text)])
+            self._waiting = deque([*others, (name, text, told)])
             if self._thread is None and not self._is_stopped:
                 self._thread = threading.Thread(target=self._run, name="descriptions", daemon=True)
                 self._thread.start()
@@ -66,10 +67,11 @@ class Descriptions:
                 self._condition.wait_for(lambda: self._waiting or self._is_stopped)
                 if self._is_stopped:
                     return
-                name, text = self._waiting.popleft()
-            self._become(name, text)
+                name, text, told = self._waiting.popleft()
+            told(self._become(name, text))
 
-    def _become(self, name: str, text: str) -> None:
+    def _become(self, name: str, text: str) -> str:
+        """Make the edit; return why it can't be made, or ""."""
         recorder = self._recorder()
 
         def change(edit: Edit) -> tuple[int, Described]:
@@ -85,13 +87,14 @@ class Descriptions:
         try:
             (_, described), _ = self._world.edit(change, self._prepare, done)
         except Exception as error:  # noqa: BLE001 - a robot's description never costs the node
-            kind = "" if isinstance(error, SceneGraphError) else f"{type(error).__name__}: "
-            self.failures[name] = reason = f"{kind}{quoted(str(error))}"
+            reason = f"{type(error).__name__}: {quoted(str(error))}"
+            if isinstance(error, SceneGraphError):
+                reason = str(error)  # a sentence of ours, in which what others wrote is quoted
             text = f"robot {quoted(name)} stays as it is, as its description can't be used"
             self._logger.error(f"{text}: {reason}")  # noqa: TRY400 - the reason is for users
-            return
-        self.failures.pop(name, None)
+            return reason
         for warning in described.warnings:
-            self._logger.warning(f"robot {quoted(name)}: {quoted(warning)}")
+            self._logger.warning(f"robot {quoted(name)}: {warning}")
         self._logger.info(f"robot {quoted(name)} is as its description says")
         self._changed()
+        return ""

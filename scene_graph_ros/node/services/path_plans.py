@@ -76,6 +76,7 @@ def plan(
             timeout=patience(goal.request.timeout, limit),
             group=wanted.group,
             start_tolerance=float(limit("start_tolerance")),
+            start_overlap=wanted.start_overlap,
             watch=watch,
         )
         _tell(found, result)
@@ -100,7 +101,7 @@ def _planned(
     limit: Callable[[str], Any],
 ) -> PlannedPath | None:
     """Return what was planned: the path, or a trajectory along it, of which the result is told."""
-    q, times = found.configurations, None
+    q, times, free_from = found.configurations, None, found.free_from
     ends = q if len(q) > 1 else np.repeat(q, 2, axis=0)
     curves = np.stack([ends[:-1], ends[1:]], axis=1)
     if wanted.limits is not None:
@@ -113,10 +114,13 @@ def _planned(
             [robots.positions.short(column) for column in columns], timed.points.of(columns)
         )
         result.trajectory_clearance, result.stops = timed.least_clearance, timed.stops
+        free_from = result.trajectory_free_from = timed.free_from
         q, times = timed.points.positions, timed.trajectory.breaks
         curves = timed.trajectory.control_points
     names = robots.positions.names
-    return PlannedPath(goal.id, q, curves, times, names, wanted.moving, **wanted.paddings)
+    return PlannedPath(
+        goal.id, q, curves, times, names, wanted.moving, **wanted.paddings, free_from=free_from
+    )
 
 
 def _timed(
@@ -153,6 +157,7 @@ def _timed(
         rise_time=wanted.rise_time,
         retimer=wanted.retimer,
         start_tolerance=float(limit("start_tolerance")),
+        free_from=found.free_from,
         timeout=patience,
         watch=watch,
     )
@@ -175,3 +180,4 @@ def _tell(found: Plan, result: Any) -> None:
         return
     result.failure, result.goal = PlanPath.Result.NONE, found.goal or 0
     result.least_clearance, result.length = found.least_clearance, found.length
+    result.free_from = found.free_from

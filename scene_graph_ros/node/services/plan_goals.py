@@ -21,12 +21,13 @@ from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.node.services.tally import require
 from scene_graph_ros.node.world.planning_robots import PlanningRobots
 from scene_graph_ros.planning import MissingRetimerError, PlanProgress, PoseTarget
+from scene_graph_ros.planning.checker.position_limits import moved_inside
 from scene_graph_ros.robots.tree_kernels import FLOATING
 from scene_graph_ros.trajectories import MotionLimits
 from scene_graph_ros.trajectories.retimer import Retimer
 from scene_graph_ros.trajectories.retimers.named_retimers import as_retimer
 
-__all__ = ["CancelledError", "PlanGoal", "checked_goal", "patience"]
+__all__ = ["CancelledError", "PlanGoal", "checked_goal", "patience", "start_inside"]
 
 
 class CancelledError(Exception):
@@ -57,6 +58,8 @@ class PlanGoal(NamedTuple):
     """Of the moving positions, where a trajectory is wanted."""
     rise_time: float
     retimer: Retimer
+    start_overlap: float
+    """Metres."""
 
 
 def checked_goal(
@@ -71,11 +74,12 @@ def checked_goal(
     starts = configurations_from_msg(request.start, robots.positions, present, "start")
     if len(starts) != 1:
         raise MessageError(f"start has {len(starts)} rows, and must have one")
-    goals = _goals(request, robots, starts[0])
     group, moving = None, np.arange(robots.tree.num_positions)
     if request.group:
         group = robots.groups.names[robots.groups.row(request.group, "group")]
         moving = robots.tree.group_positions(group)
+    inside = start_inside(starts[0], robots, moving, limit)
+    goals = _goals(request, robots, inside)
     paddings = {
         name: padding_from_msg(getattr(request, name), name)
         for name in ("environment_padding", "self_padding")
@@ -85,7 +89,21 @@ def checked_goal(
         limits = _limits(request.limits, robots, moving)
     rise_time = rise_time_from_msg(request.rise_time, "rise_time")
     retimer = _retimer(limit("retimer") if request.with_trajectory else "time_optimal")
-    return PlanGoal(starts[0], goals, group, moving, paddings, limits, rise_time, retimer)
+    overlap = padding_from_msg(request.start_overlap, "start_overlap")
+    if overlap < 0.0:
+        raise MessageError(f"start_overlap must not be negative, got {overlap:g}")
+    return PlanGoal(starts[0], goals, group, moving, paddings, limits, rise_time, retimer, overlap)
+
+
+def start_inside(
+    start: NDArray[np.float64],
+    robots: PlanningRobots,
+    moving: NDArray[np.intp],
+    limit: Callable[[str], Any],
+) -> NDArray[np.float64]:
+    """Return a start ``(nq,)`` with what is a little beyond its limits, and may move, within."""
+    moves = np.isin(np.arange(len(start)), moving)
+    return moved_inside(robots.tree, start, moves, float(limit("start_tolerance")))
 
 
 def _goals(

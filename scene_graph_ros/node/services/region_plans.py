@@ -35,6 +35,7 @@ from scene_graph_ros.node.services.plan_goals import (
     checked_goal,
     patience,
     PlanGoal,
+    start_inside,
 )
 from scene_graph_ros.node.services.plan_watch import NoPlanError, PlanWatch
 from scene_graph_ros.node.services.tally import require
@@ -52,10 +53,14 @@ from scene_graph_ros.planning import (
     regions_along,
     SceneGraphCollisionChecker,
     time_curve,
+    time_path,
+    TimedPath,
 )
 from scene_graph_ros.planning.checker.path_ends import find_troubles
 from scene_graph_ros.planning.parallel.stoppable import new_stop
+from scene_graph_ros.planning.timing.leading_part import joined
 from scene_graph_ros.scene_files.yaml_document import parse_yaml
+from scene_graph_ros.trajectories import CompositeTrajectory, MotionLimits
 
 __all__ = ["plan"]
 
@@ -82,6 +87,9 @@ class _Work(NamedTuple):
 
     goal: Goal
     wanted: PlanGoal
+    """With a start within limits."""
+    measured: NDArray[np.float64]
+    """``(nq,)``: where the robots are."""
     rules: RegionTrajectoryRules
     robots: PlanningRobots
     checker: SceneGraphCollisionChecker
@@ -127,6 +135,10 @@ def plan(
         )
     robots = snapshot.robots.planning(core, snapshot.bases)
     wanted = checked_goal(request, robots, robots.present(snapshot.positions), limit)
+    if wanted.start_overlap:
+        raise MessageError("start_overlap must be 0 with the planner 'regions': a start is in one")
+    measured = wanted.start
+    wanted = wanted._replace(start=start_inside(measured, robots, wanted.moving, limit))
     rules = rules_from_msg(request.regions, "regions")
     require(
         limit,
@@ -140,7 +152,7 @@ def plan(
     }
     checker, padded = (robots.checker(core, **each) for each in (wanted.paddings, more))
     watch = PlanWatch(goal, patience(request.timeout, limit))
-    work = _Work(goal, wanted, rules, robots, checker, padded, watch, limit)
+    work = _Work(goal, wanted, measured, rules, robots, checker, padded, watch, limit)
     path = None
     try:
         watch.look()
@@ -301,16 +313,7 @@ def _planned(work: _Work, given: _Regions, result: Any) -> PlannedPath:
     watch.turn_to(_STATES.TIMING)
     trajectory = found.trajectory
     assert trajectory is not None, "else there is a failure"
-    timed = time_curve(
-        work.checker,
-        trajectory,
-        limits,
-        at=wanted.start,
-        rise_time=wanted.rise_time,
-        retimer=wanted.retimer,
-        timeout=watch.left,
-        watch=watch.look,
-    )
+    timed = _timed(work, trajectory, limits)
     if timed.points is None or timed.trajectory is None:
         raise NoPlanError(_F.NOT_TIMED, timed.reason or "")
     positions, columns = work.robots.positions, wanted.moving
@@ -337,7 +340,25 @@ def _planned(work: _Work, given: _Regions, result: Any) -> PlannedPath:
         positions.names,
         columns,
         **wanted.paddings,
+        free_from=0,
     )
+
+
+def _timed(work: _Work, curve: CompositeTrajectory, limits: MotionLimits) -> TimedPath:
+    """Return the trajectory along a curve, after one back within limits where that is needed."""
+    watch, start = work.watch, work.wanted.start
+    how: dict[str, Any] = {"rise_time": work.wanted.rise_time, "retimer": work.wanted.retimer}
+    timed = [
+        time_curve(
+            work.checker, curve, limits, at=start, timeout=watch.left, watch=watch.look, **how
+        )
+    ]
+    if (work.measured != start).any():
+        back = np.stack([work.measured, start])
+        most = float(work.limit("start_tolerance"))
+        how |= {"start_tolerance": most, "timeout": watch.left, "watch": watch.look}
+        timed.insert(0, time_path(work.checker, back, limits, **how))
+    return joined(timed)
 
 
 def _solved(work: _Work, given: _Regions, velocities: NDArray[np.float64]) -> RegionPlan:

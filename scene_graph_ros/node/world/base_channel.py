@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from msg_adapters.base_poses import base_poses_from_msg
 from msg_adapters.poses import PoseBatch
-from msg_adapters.wire.poses import Layout
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.located import suggestion
 from scene_graph_ros.node.world.intake import Fault, Intake, SourceFrames, TimeLimits
-from scene_graph_ros.node.world.queued_channel import QueuedChannel, Reading
-from scene_graph_ros.node.world.robot_motion import BASE, MotionIntake, RobotMotion
+from scene_graph_ros.node.world.robot_motion import MotionIntake, RobotMotion
+from scene_graph_ros.node.world.robot_pose_channel import Heard, RobotPoseChannel
 from scene_graph_ros.node.world.scene import SourceRecord
 from scene_graph_ros.node.world.source_topics import base_topic
 from scene_graph_ros.node.world.tf_channel import TfReader
@@ -21,70 +23,46 @@ from scene_graph_ros.node.world.tf_tree import Placed, STATIC
 __all__ = ["BaseChannel", "TfBaseChannel"]
 
 
-class BaseChannel(QueuedChannel):
-    """The topic on which a robot's base moves."""
+class BaseChannel(RobotPoseChannel):
+    """The topic on which a robot's base moves; the part that is named is a link."""
 
     noun = "base poses"
+    part = "base"
 
     def __init__(self, record: SourceRecord, intake: Intake, kind: Any, world_frame: str) -> None:
         base = record.robot.moving_base
         super().__init__(record, intake, kind, base.type)
         self._base = base
         self._parents = {"", world_frame, base.parent}
-        self._motion: RobotMotion = record.motion  # type: ignore[assignment]
-        self._judge = MotionIntake(intake, self._motion)
 
     @property
     def wanted_topics(self) -> Mapping[str, bool]:
         """Name of the topic, before namespaces and remapping."""
         return {base_topic(self.record): False}
 
-    def _takes_all(self, layout: Layout, frames: SourceFrames) -> bool:
-        (name,), (parent,) = layout.names, layout.parents
-        return parent in self._parents and self._link(name) in self._motion.X_BL
+    def _batch(self, message: Any) -> PoseBatch:
+        return base_poses_from_msg(message)
 
-    def _apply_layout(
-        self, kept: Reading, layout: Layout, frames: SourceFrames, limits: TimeLimits
-    ) -> int:
-        return self._apply(layout.poses(kept.data), kept, frames, limits)
-
-    def _apply_message(
-        self, kept: Reading, message: Any, frames: SourceFrames, limits: TimeLimits
-    ) -> int:
-        return self._apply(base_poses_from_msg(message), kept, frames, limits)
-
-    def _link(self, name: str) -> str:
+    def _part(self, name: str) -> str:
         """Return the link that a message's name means: without one the root link."""
         prefix, robot = self._base.prefix, self._motion.robot.model
         if not name:
             return self._base.link or robot.root
         return name.removeprefix(prefix) if name not in robot.links else name
 
-    def _apply(
-        self, batch: PoseBatch, kept: Reading, frames: SourceFrames, limits: TimeLimits
-    ) -> int:
-        for refused in batch.refused:
-            self.intake.refused(refused, noun="base")
-        if not batch.names:
-            return 0
-        link, parent = self._link(batch.names[0]), batch.parents[0]
+    def _problem(self, part: str, parent: str) -> tuple[Fault, str] | None:
         if parent not in self._parents:
             names = " or ".join(quoted(p) for p in sorted(self._parents - {""}))
-            self.intake.fault(
-                Fault.WRONG_PARENT,
-                link,
+            return Fault.WRONG_PARENT, (
                 f"the pose of the base is given in {quoted(parent)}, not in {names}: name the "
-                "frame as 'parent' of the base if it stands where the world does",
-                noun="base",
+                "frame as 'parent' of the base if it stands where the world does"
             )
-            return 0
-        if link not in self._motion.X_BL:
-            self.intake.fault(Fault.UNKNOWN_FRAME, link, self._no_base(link), noun="base")
-            return 0
-        stamp = self._judge.time_of(int(batch.stamps_ns[0]), limits, is_static=kept.is_static)
-        if stamp is None or not self._judge.in_order([BASE], stamp, limits):
-            return 0
-        return self._judge.move_base(batch.X_PF[0], link, stamp, frames, is_static=kept.is_static)
+        if part in self._motion.X_BL:
+            return None
+        return Fault.UNKNOWN_FRAME, self._no_base(part)
+
+    def _move(self, part: str, X: NDArray[np.float64], heard: Heard) -> bool:
+        return self._move_base(part, X, heard)
 
     def _no_base(self, link: str) -> str:
         model = self._motion.robot.model

@@ -21,9 +21,12 @@ from scene_graph_ros.node.world.source_channel import Inputs, Kept, SourceChanne
 from scene_graph_ros.node.world.source_topics import description_topic
 from scene_graph_ros.node.world.world import World
 
-__all__ = ["DESCRIPTIONS", "DescriptionChannel", "DescriptionInputs"]
+__all__ = ["DESCRIPTIONS", "Describe", "DescriptionChannel", "DescriptionInputs"]
 
 DESCRIPTIONS = "descriptions"
+
+Describe = Callable[[str, str, Callable[[str], None]], None]
+"""Has a source become as a text says; tells why it is not, or "" where it is."""
 
 
 class DescriptionChannel(SourceChannel[Kept, None]):
@@ -34,13 +37,17 @@ class DescriptionChannel(SourceChannel[Kept, None]):
 
     noun = DESCRIPTIONS
 
-    def __init__(
-        self, record: SourceRecord, intake: Intake, describe: Callable[[str, str], None]
-    ) -> None:
-        """Call ``describe`` with the name of the source and each new text."""
+    def __init__(self, record: SourceRecord, intake: Intake, describe: Describe) -> None:
+        """Call ``describe`` with the name of the source, each new text, and whom to tell."""
         super().__init__(record, intake, String)
         self._describe = describe
         self._newest = b""
+        self.failure = ""
+        """Why the robot is not as it was described last; "" where it is, or will be."""
+
+    def _told(self, failure: str) -> None:
+        """Take note of what came of the newest text."""
+        self.failure = failure
 
     @property
     def wanted_topics(self) -> Mapping[str, bool]:
@@ -58,8 +65,9 @@ class DescriptionChannel(SourceChannel[Kept, None]):
             text = self._read(data, MAX_TEXT_BYTES).data
         except MessageError as error:
             self.intake.fault(Fault.MALFORMED, "", str(error))
+            self.failure = str(error)
             return
-        self._describe(self.record.name, text)
+        self._describe(self.record.name, text, self._told)
 
     def take(self) -> list[Kept]:
         """Return nothing: descriptions do not wait for an update."""
@@ -81,9 +89,9 @@ class DescriptionInputs(Inputs[DescriptionChannel]):
         world: World,
         group: OwnThreadGroup,
         on_change: Callable[[], None],
-        describe: Callable[[str, str], None],
+        describe: Describe,
     ) -> None:
-        """Call ``describe`` with the name of a source and a new text."""
+        """Call ``describe`` with the name of a source, a new text, and whom to tell."""
         super().__init__(node, world, group, on_change, noun=DESCRIPTIONS, queued=1)
         self._describe = describe
 

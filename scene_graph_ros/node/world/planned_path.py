@@ -19,6 +19,7 @@ class PlannedPath:
     ``configurations`` ``(n, nq)`` are of the positions ``position_names``, of which ``moving``
     ``(k,)`` were to move. ``curves`` ``(n - 1, m, nq)`` are the control points of what leads from
     each to the next. A trajectory passes them at ``times`` ``(n,)``, s. Paddings in metres.
+    From configuration ``free_from`` on it was free; before, it leads out of a collision.
     """
 
     goal_id: bytes
@@ -29,3 +30,4 @@ class PlannedPath:
     moving: NDArray[np.intp]
     environment_padding: float
     self_padding: float
+    free_from: int = 0

@@ -40,15 +40,18 @@ class SceneRobots:
     ) -> PlanningRobots:
         """Return what planning asks about the robots, made once for the model of ``snapshot``.
 
-        It is made again where a robot stands elsewhere, by its base ``(4, 4)``. Imports planning.
+        Where a robot stands elsewhere, by its base ``(4, 4)``, all but that is used again. Imports
+        planning.
         Raises UnknownIdError where there is no robot.
         """
         from scene_graph_ros.node.world.planning_robots import PlanningRobots
 
         with self._lock:
             known = self._planning
-            if known is None or not known.fits(snapshot, bases):
-                about = self.robots, self.scene_graph, self.context
+            about = self.robots, self.scene_graph, self.context
+            if known is None or not known.is_of(snapshot):
                 known = PlanningRobots(*about, snapshot, self._paddings, bases)
-                self._planning = known
+            elif not known.fits(snapshot, bases):
+                known = known.standing(*about, snapshot, bases)
+            self._planning = known
             return known

@@ -9,7 +9,7 @@ from rclpy.node import Node
 
 from scene_graph_ros.node.runtime.loop import OwnThreadGroup, Topic
 from scene_graph_ros.node.world.configuration_inputs import ConfigurationInputs
-from scene_graph_ros.node.world.description_channel import DescriptionInputs
+from scene_graph_ros.node.world.description_channel import Describe, DescriptionInputs
 from scene_graph_ros.node.world.inputs import BASE_POSES, JOINT_POSES, PoseInputs, POSES
 from scene_graph_ros.node.world.intake import TimeLimits
 from scene_graph_ros.node.world.source_channel import Inputs
@@ -38,9 +38,9 @@ class Subscriptions:
         world: World,
         group: OwnThreadGroup,
         changed: Callable[[], None],
-        describe: Callable[[str, str], None],
+        describe: Describe,
     ) -> None:
-        """``describe`` takes the name of a source and the text of its robot."""
+        """``describe`` takes a source's name, the text of its robot, and whom to tell."""
         self._poses = [
             PoseInputs(node, world, group, changed, noun)
             for noun in (POSES, BASE_POSES, JOINT_POSES)

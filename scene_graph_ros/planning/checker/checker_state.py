@@ -15,6 +15,7 @@ from scene_graph_ros.planning.checker.checker_bodies import CheckerBodies
 from scene_graph_ros.planning.diagrams.robot_diagram import RobotDiagram
 from scene_graph_ros.planning.errors import finite_number
 from scene_graph_ros.planning.pairs.checker_plan import CheckerPlan, make_plan, placed
+from scene_graph_ros.robots.kinematic_tree import KinematicTree
 
 __all__ = ["CheckerState", "make_state"]
 
@@ -71,12 +72,15 @@ class CheckerState(NamedTuple):
         state = self._replace(snapshot=snapshot, added=shapes, plan=plan, bodies_of_all=both)
         return state.with_matrices(self.matrices)
 
-    def at(self, moment: Snapshot) -> CheckerState:
-        """Return the state with all that no joint moves where another moment has it."""
-        snapshot = moment
+    def at(self, moment: Snapshot, tree: KinematicTree | None = None) -> CheckerState:
+        """Return the state with all that no joint moves where another moment has it.
+
+        Robots stand where ``tree``, which is this one's but for that, has them.
+        """
+        snapshot, before = moment, self.plan if tree is None else self.plan._replace(tree=tree)
         if self.added:
             snapshot = Snapshot(self.snapshot.state, moment.X_PF, moment.pose_version)
-        return self._replace(base=moment, snapshot=snapshot, plan=placed(self.plan, snapshot))
+        return self._replace(base=moment, snapshot=snapshot, plan=placed(before, snapshot))
 
 
 def make_state(model: RobotDiagram, snapshot: Snapshot) -> CheckerState:

@@ -119,6 +119,7 @@ class SceneGraphCollisionChecker(CollisionChecker):
         self,
         snapshot: Snapshot,
         *,
+        model: RobotDiagram | None = None,
         env_collision_padding: float | None = None,
         self_collision_padding: float | None = None,
     ) -> SceneGraphCollisionChecker:
@@ -126,8 +127,9 @@ class SceneGraphCollisionChecker(CollisionChecker):
 
         What is around the robots, and what is carried by them, is where ``snapshot`` has it; added
         shapes, filters and paddings are this one's, but for paddings that are given. That is much
-        faster than to make a checker. Raises CollisionCheckerError for another model than this
-        one's, and for a number that is not finite.
+        faster than to make a checker. With a ``model`` of the same robots they stand where that
+        has them. Raises CollisionCheckerError for other robots, another model of the scene than
+        this one's, and for a number that is not finite.
         """
         state = self._state
         if snapshot.model_version != state.base.model_version:
@@ -137,7 +139,18 @@ class SceneGraphCollisionChecker(CollisionChecker):
             )
         result = self.clone()
         paddings = env_collision_padding, self_collision_padding
-        result._state = state.at(snapshot).padded(*paddings)
+        if model is not None:
+            own, other = self._tree, model.tree
+            if (own.position_names, own.link_names) != (other.position_names, other.link_names):
+                raise CollisionCheckerError("model has other robots than the checker was made for")
+            result._model, result._tree = model, other
+        result._state = state.at(snapshot, result._tree).padded(*paddings)
+        return result
+
+    def with_pair_paddings(self, paddings: NDArray[np.float64]) -> SceneGraphCollisionChecker:
+        """Return a checker whose pairs of geometries, in the plan's order, keep ``(p,)``, m."""
+        result = self.clone()
+        result._state = self._state._replace(plan=self.plan.with_paddings(paddings))
         return result
 
     @property

@@ -20,7 +20,7 @@ from scene_graph_ros.planning.ik.pose_target import (
 )
 from scene_graph_ros.planning.parallel.stoppable import new_stop
 from scene_graph_ros.robots.kinematic_tree import KinematicTree
-from scene_graph_ros.robots.tree_kernels import FLOATING, REVOLUTE
+from scene_graph_ros.robots.tree_kernels import FLOATING, PLANAR, REVOLUTE
 
 __all__ = ["InverseKinematics", "InverseKinematicsFailure", "inverse_kinematics"]
 
@@ -29,6 +29,10 @@ _TOGETHER = 32
 
 _SAME = 1e-6
 """rad or m: configurations that differ by less are one."""
+
+
+_POSITIONS = {PLANAR: 3, FLOATING: 7}
+"""Of joints that have several."""
 
 
 class InverseKinematicsFailure(enum.Enum):
@@ -81,8 +85,9 @@ def inverse_kinematics(
     of the ``tries`` begins at ``near`` ``(nq,)``, by default zero, the others at random within
     limits; joints without limits stay within half a turn of ``near``, or as far away as the target
     is. They end when there are so many different ``solutions``. ``group`` names the group of
-    joints that may move; all others stay at ``near``. The same ``seed`` gives the same, unless
-    ``is_over``, which is asked after every 32 tries, ends them.
+    joints that may move; all others stay at ``near``, and so do those that do not carry the link.
+    The same ``seed`` gives the same, unless ``is_over``, which is asked after every 32 tries, ends
+    them.
 
     Raises InverseKinematicsError naming the argument, and KinematicTreeError for an unknown link
     or group, and for ``near`` of another shape or with numbers that mean nothing.
@@ -98,6 +103,7 @@ def inverse_kinematics(
             )
     tree.link_index(target.link)
     first, moves = _first(tree, near, group)
+    moves &= _carries(tree, target.link)
     lower, upper = _box(tree, first, target)
     descent = PoseDescent(tree, target, lower, upper, moves)
     rng, found, done = np.random.default_rng(int(seed)), _Found.nothing(first), 0
@@ -196,6 +202,20 @@ def _first(
         moves[:] = False
         moves[tree.group_positions(group)] = True
     return q, moves
+
+
+def _carries(tree: KinematicTree, link: str) -> NDArray[np.bool_]:
+    """Return which positions ``(nq,)`` change where a link is: those of joints above it.
+
+    A joint that mimics another is at the other's position.
+    """
+    result, table = np.zeros(tree.num_positions, dtype=np.bool_), tree.table
+    row = tree.joint_of_link[tree.link_index(link)]
+    while row > 0:
+        count = _POSITIONS.get(int(table.kinds[row]), 1)
+        result[table.starts[row] : table.starts[row] + count] = True
+        row = table.parents[row]
+    return result
 
 
 def _box(

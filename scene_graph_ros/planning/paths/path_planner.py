@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-import math
 import time
 from typing import Any, NamedTuple, TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array
-from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
 from scene_graph_ros.planning.checker.path_ends import find_troubles
 from scene_graph_ros.planning.checker.position_limits import describe_excess, moved_inside
@@ -22,7 +19,13 @@ from scene_graph_ros.planning.edges.edge_stretches import EdgeRules, FREE, UNFIN
 from scene_graph_ros.planning.errors import PlanningError
 from scene_graph_ros.planning.ik.pose_target import PoseTarget
 from scene_graph_ros.planning.parallel.stoppable import new_stop, run_stoppable, Stops, Turns
+from scene_graph_ros.planning.paths.lead_out import lead_out, LeadOut
 from scene_graph_ros.planning.paths.ompl_bridge.ompl_planner import OmplPlanner
+from scene_graph_ros.planning.paths.plan_arguments import (
+    checked_numbers,
+    checked_tolerance,
+    targets_of,
+)
 from scene_graph_ros.planning.paths.planned_path import Plan, PlanProgress, PlanStage
 from scene_graph_ros.planning.paths.planners import check_planner, new_search
 from scene_graph_ros.planning.paths.pose_goals import find_pose_goals, load_pose_kernels
@@ -46,9 +49,6 @@ __all__ = ["plan_path"]
 
 _SAME = 1e-12
 """rad and m: a start that is nearer to a goal is there."""
-
-_FINEST_SAVING = 1e-4
-"""Of a path's length: corners that save less are never cut off."""
 
 _loaded: set[str] = set()
 """What is loaded or compiled."""
@@ -88,8 +88,9 @@ class _Problem(NamedTuple):
     space: PositionSpace
     moves: NDArray[np.bool_]
     """``(nq,)``: which positions may change."""
-    lead: NDArray[np.float64] | None
-    """``(nq,)``: where the start was measured, if that is a little beyond limits."""
+    lead: LeadOut
+    """From where the start was measured to the ``start``: from within limits, and from a collision
+    to what is free. Its last configuration is the start."""
     timeout: float | None
     progress: _Progress
     stops: Stops
@@ -123,6 +124,7 @@ def plan_path(
     roadmap: Roadmap | None = None,
     least_saving: float = LEAST_SAVING,
     start_tolerance: float = 0.0,
+    start_overlap: float = 0.0,
     watch: Callable[[PlanProgress], None] | None = None,
 ) -> Plan:
     """Return a path from ``start`` ``(nq,)`` to ``goal``, proven free, or why there is none.
@@ -135,6 +137,10 @@ def plan_path(
     Positions that may not move need not be within limits. A start that is beyond limits by no
     more than ``start_tolerance`` (rad or m) is taken; the path's first edge, which is proven like
     all others, moves it back to them.
+    A start at which pairs are nearer than their paddings by no more than ``start_overlap`` (m) is
+    led out: the path's first edges go to a configuration near by that is free, the plan's
+    ``free_from``, from where on all is proven. Of the edges before it is proven that no pair gets
+    deeper than at the start by more than 0.01 mm, and that no other collides.
     Joints that turn without an end go round whichever way is free, and may arrive full turns away
     from the goal's number.
 
@@ -158,13 +164,16 @@ def plan_path(
     nothing.
     """
     check_planner(planner, roadmap)
-    patience, saving = _numbers(seed, timeout, least_saving)
-    slack = _tolerance(start_tolerance)
+    patience, saving = checked_numbers(seed, timeout, least_saving)
+    slack, overlap = (
+        checked_tolerance(name, value)
+        for name, value in (("start_tolerance", start_tolerance), ("start_overlap", start_overlap))
+    )
     checker = checker.clone()  # Others may change theirs meanwhile.
     start = real_array(start, "start must be numbers (nq,)", PlanningError)
     if start.ndim != 1:
         raise PlanningError(f"start must have shape (nq,), not {start.shape}")
-    targets = _targets(goal)
+    targets = targets_of(goal)
     reached: Sequence[int] | None = None
     spent = 0.0
     if targets is not None:
@@ -175,7 +184,8 @@ def plan_path(
     first, goals = _ends(checker, start, goal)
     moves = _moving(checker, first, goals, group)
     measured, first = first, moved_inside(checker.plan.tree, first, moves, slack)
-    lead = None if np.array_equal(measured, first) else measured
+    lead = lead_out(checker, measured, first, moves, overlap)
+    first = lead.configurations[-1] if len(lead.configurations) else first
     space = PositionSpace.of(checker.plan, np.concatenate([first[np.newaxis], goals]), moves)
     left = None if patience is None else max(patience - spent, 0.0)
     make_search = new_search(planner, roadmap, left)
@@ -209,32 +219,6 @@ def plan_path(
     return plan if reached is None or plan.goal is None else replace(plan, goal=reached[plan.goal])
 
 
-def _numbers(seed: int, timeout: float | None, least_saving: float) -> tuple[float | None, float]:
-    """Return timeout and least saving, after checking them and the seed."""
-    root = as_float(seed)
-    if root is None or root < 0.0 or not root.is_integer():
-        raise PlanningError(f"seed must be a whole number from 0 on, not {quoted(seed)}")
-    patience = None if timeout is None else as_float(timeout)
-    if timeout is not None and (patience is None or not 0.0 <= patience < math.inf):
-        raise PlanningError(f"timeout must be seconds from 0 on, or None, not {quoted(timeout)}")
-    saving = as_float(least_saving)
-    if saving is None or not _FINEST_SAVING <= saving <= 1.0:
-        raise PlanningError(
-            f"least_saving must be from {_FINEST_SAVING:g} to 1, not {quoted(least_saving)}"
-        )
-    return patience, saving
-
-
-def _tolerance(start_tolerance: float) -> float:
-    """Return how far beyond limits a start may be, after checking it."""
-    slack = as_float(start_tolerance)
-    if slack is None or not 0.0 <= slack < math.inf:
-        raise PlanningError(
-            f"start_tolerance must be rad or m from 0 on, not {quoted(start_tolerance)}"
-        )
-    return slack
-
-
 def _load_kernels(checker: SceneGraphCollisionChecker, search: PathSearch) -> None:
     """Load what will be called, or compile it, before time is counted, once in a process."""
     if "search" in _loaded:
@@ -258,18 +242,6 @@ def _ends(
     if not len(goals):
         raise PlanningError("goal must have at least one configuration")
     return normalized(checker.plan.tree, first)[0], normalized(checker.plan.tree, goals)
-
-
-def _targets(goal: Any) -> Sequence[PoseTarget] | None:
-    """Return where tools are to be; None for a goal of configurations."""
-    if isinstance(goal, PoseTarget):
-        return (goal,)
-    if isinstance(goal, Sequence) and any(isinstance(each, PoseTarget) for each in goal):
-        other = next((each for each in goal if not isinstance(each, PoseTarget)), None)
-        if other is not None:
-            raise PlanningError(f"goal has targets, and {quoted(other)} among them")
-        return tuple(goal)
-    return None
 
 
 def _reaching(
@@ -329,7 +301,8 @@ def _solve(problem: _Problem) -> Plan:
     stop = problem.stops.proving
     trouble, *others = find_troubles(checker, ends, tolerance, stop, problem.prove, problem.moves)
     if trouble is not None:
-        return _failed(problem, trouble.of_start, f"the start {trouble.words}")
+        words = f"the start {trouble.words}{problem.lead.words}"
+        return _failed(problem, trouble.of_start, words)
     usable = [row for row, other in enumerate(others) if other is None]
     if usable:
         return _search(problem, usable)
@@ -364,19 +337,23 @@ def _proven(
 ) -> Plan:
     """Return the first of some paths to a goal that is proven once more, edge by edge."""
     problem.progress.stage = PlanStage.PROVING
-    if problem.lead is not None:
-        paths = [np.concatenate([problem.lead[np.newaxis], path]) for path in paths]
+    lead = problem.lead
+    rules, stop = _final_rules(problem.checker), problem.stops.proving
     for path in paths:
-        ends = path if len(path) > 1 else np.repeat(path, 2, axis=0)
+        # What leads out of a collision was proven to get no deeper; all else is free.
+        begin = lead.configurations[:-1]
+        free_from = len(begin) if lead.leaves_collision else 0
+        whole = np.concatenate([begin, path])
+        free = whole[free_from:]
+        ends = free if len(free) > 1 else np.repeat(free, 2, axis=0)
         edges = np.stack([ends[:-1], ends[1:]], axis=1)
-        rules, stop = _final_rules(problem.checker), problem.stops.proving
         proofs = problem.prove(problem.checker.plan, edges, rules, stop=stop)
         if (proofs.statuses == FREE).all():
-            path.setflags(write=False)
-            least = float(proofs.numbers[:, 2].min())
-            length = problem.space.length(path)
+            whole.setflags(write=False)
+            least = max(float(proofs.numbers[:, 2].min()), 0.0)
+            length = problem.space.length(whole)
             sizes, edges_seen = problem.search.tree_sizes, problem.search.edges
-            return Plan(path, max(least, 0.0), length, goal, None, None, sizes, edges_seen)
+            return Plan(whole, least, length, goal, None, None, sizes, edges_seen, free_from)
     return _not_found(problem, "found, but not proven once more")
 
 

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
 from scene_graph_ros.planning.edges.edge_stretches import FREE
 from scene_graph_ros.planning.parallel.stoppable import run_stoppable, Stops
+from scene_graph_ros.planning.timing.leading_part import led_out, parts_of
 from scene_graph_ros.planning.timing.timing_problem import (
     as_timed_path,
     as_timeout,
@@ -50,6 +51,7 @@ def time_path(
     retimer: Retimer | str = "time_optimal",
     grid_points: int | None = None,
     start_tolerance: float = 0.0,
+    free_from: int = 0,
     timeout: float | None = None,
     watch: Callable[[], None] | None = None,
 ) -> TimedPath:
@@ -68,17 +70,26 @@ def time_path(
     faster, and take longer to find. ``"toppra"`` and ``"ruckig"`` are others, or a `ToppraRetimer`
     or `RuckigRetimer` with options; what they find is checked and proven as ours is.
     ``start_tolerance`` (rad or m), ``timeout`` (s) and ``watch`` are as of `plan_path`.
+    A `Plan` whose start collides says from which of its configurations on it is free:
+    ``free_from``. The trajectory rests there. Before, it is proven that no pair gets deeper than
+    at the start by more than 0.01 mm.
 
-    Raises TrajectoryError naming what makes no sense: a path that moves positions without limits,
-    or turns a floating joint. Raises as `SceneGraphCollisionChecker` does for configurations of
-    another shape, and MissingRetimerError where a retimer is not installed.
+    Raises TrajectoryError naming what makes no sense: a ``free_from`` that the path has not, a
+    path that moves positions without limits, or turns a floating joint. Raises as
+    `SceneGraphCollisionChecker` does for configurations of another shape, and MissingRetimerError
+    where a retimer is not installed.
     """
     # Others may change theirs meanwhile.
     chosen = as_retimer(retimer, grid_points)
     problem = timing_problem(checker.clone(), path, limits, rise_time, chosen)
     problem = problem._replace(start_tolerance=max(float(start_tolerance), 0.0))
+    parts = parts_of(problem, free_from)
     patience = as_timeout(timeout)
-    return run_stoppable(lambda stops: _timed(problem, stops), patience, watch or (lambda: None))
+    return run_stoppable(
+        lambda stops: led_out([_timed(part, stops) for part in parts]),
+        patience,
+        watch or (lambda: None),
+    )
 
 
 def prove_trajectory(

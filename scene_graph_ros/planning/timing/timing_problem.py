@@ -63,7 +63,8 @@ class TimedPath:
 
     ``points`` have the configurations of all positions ``(m, nq)``; ``trajectory`` is what runs
     through them, in s. ``least_clearance`` (m) is what all pairs certainly keep, beyond their
-    paddings, at all times. ``stops`` is at how many corners of the path the robots come to rest,
+    paddings, at all times from point ``free_from`` on: 0, unless it leads out of a collision.
+    ``stops`` is at how many corners of the path the robots come to rest,
     ``rounded`` how many they round. ``failure`` and ``reason`` say why there is none.
     """
 
@@ -74,6 +75,7 @@ class TimedPath:
     stops: int
     failure: TimingFailure | None
     reason: str | None
+    free_from: int = 0
 
     @property
     def is_success(self) -> bool:

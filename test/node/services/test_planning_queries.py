@@ -221,9 +221,9 @@ def test_what_a_link_carries_moves_with_it(tmp_path):
 BAD_ROWS = [
     (at(1.0, name="rial"), UnknownIdError, "configurations.names: no robot has a position 'rial'"),
     (
-        RobotConfigurations(names=["rail", "slide/rail"], positions=[0.0, 0.0]),
+        RobotConfigurations(names=["rail", "slide/rail"], positions=[0.0, 0.5]),
         MessageError,
-        "configurations.names has .*rail' more than once",
+        "configurations: 'slide/rail' is at 0.5 in row 0 of positions, .* puts it at 0",
     ),
     (
         RobotConfigurations(positions=[1.0]),

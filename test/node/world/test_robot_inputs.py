@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 
-from geometry_msgs.msg import Quaternion, Transform, Vector3
+from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 import numpy as np
 import pytest
 from robot_inputs import FREE, MS, NOW, ODOMETRY, odometry, Robot, TWO
 from sensor_msgs.msg import JointState, MultiDOFJointState
+from tf_messages import tf_message_class
 
+from msg_adapters.poses import multi_dof_joint_state_to_msg
 from msg_adapters.stamps import stamp_to_msg
+from scene_graph_ros.geometry.spatial.poses import pose_from_xyz_rpy
 from scene_graph_ros.node.services.waiting import PoseRequirement
 from scene_graph_ros.node.world.inputs import (
     BASE_POSES,
@@ -195,3 +198,99 @@ def test_a_virtual_joint_moves_the_base(tmp_path):
     assert not robot.send(JOINT_POSES, multi_dof(NOW, "world_joint", 2.0, 0.1, parent="odom"))
     assert not robot.send(JOINT_POSES, multi_dof(NOW, "world_joint", 2.0, parent="map"))
     assert robot.faults(JOINT_POSES)[Fault.WRONG_PARENT] == 1
+
+
+# TF.
+
+
+def transforms(*rows):
+    """Return a message of (child, parent, x, stamp)."""
+    message = tf_message_class()()
+    for child, parent, x, stamp in rows:
+        one = TransformStamped(child_frame_id=child)
+        one.header.frame_id, one.header.stamp = parent, stamp_to_msg(stamp)
+        one.transform = Transform(translation=Vector3(x=x), rotation=Quaternion(w=1.0))
+        message.transforms.append(one)
+    return message
+
+
+TF_BASE = "    base: {{tf: [map, {}base]{}}}\n"
+
+
+@pytest.mark.parametrize(
+    ("more", "x", "stamp"),
+    [
+        ("", 1.0 + 15.0 + 0.25, NOW - 10 * MS),
+        (", composition: newest", 1.0 + 20.25, NOW - 10 * MS),
+    ],
+)
+@pytest.mark.parametrize("slash", ["", "/"])
+def test_a_base_by_tf_is_composed_of_moving_and_static_transforms(tmp_path, more, x, stamp, slash):
+    """Odom in map is of 10 ms ago, half way between two samples of footprint in odom."""
+    tf_message_class()
+    robot = Robot(tmp_path, TWO, keys=TF_BASE.format(slash, more))
+    static = transforms((f"{slash}base", "footprint", 0.25, NOW - 3600 * 1000 * MS))
+    assert not robot.send(BASE_POSES, static, is_static=True)
+    assert not robot.send(BASE_POSES, transforms(("footprint", "odom", 10.0, NOW - 20 * MS)))
+    (missing,) = robot.channel(BASE_POSES).missing.values()
+    assert "'base' hangs on 'odom', which no transform places in anything" in missing
+    # Of 20 ms ago this one is not known: with interpolation nothing is placed before the next.
+    robot.send(BASE_POSES, transforms((f"{slash}odom", f"{slash}map", 1.0, stamp)))
+    assert robot.send(BASE_POSES, transforms(("footprint", "odom", 20.0, NOW)))
+    assert not robot.channel(BASE_POSES).missing
+    np.testing.assert_allclose(robot.where("base")[:3, 3], [x, 0, 0], atol=1e-12)
+    robot.joints(NOW, arm_j=math.pi / 2, grip_j=0.0)
+    np.testing.assert_allclose(robot.where("hand")[:3, 3], [x, 1, 0], atol=1e-12)
+    assert robot.world.snapshot.frame_stamp("r/base") == stamp
+    assert robot.world.snapshot.source_stamp("r") == stamp
+    assert not robot.faults(BASE_POSES)
+
+
+def test_a_base_by_static_transforms_alone_never_gets_old(tmp_path):
+    """It is where they put it, and holds no request up."""
+    tf_message_class()
+    robot = Robot(tmp_path, TWO, keys=TF_BASE.format("", ""))
+    rows = ("base", "odom", 2.0, 1), ("odom", "map", 1.0, 1)
+    assert robot.send(BASE_POSES, transforms(*rows), is_static=True)
+    np.testing.assert_array_equal(robot.where("base")[:3, 3], [3, 0, 0])
+    assert robot.world.snapshot.frame_stamp("r/base") == STATIC
+    robot.joints(NOW, arm_j=0.0, grip_j=0.0)
+    assert robot.world.snapshot.source_stamp("r") == NOW
+
+
+# As the planner has it.
+
+
+@pytest.mark.parametrize("virtual", ["", "planar", "floating"])
+def test_what_poses_move_is_where_the_planner_has_it(tmp_path, virtual):
+    """Planar and floating joints, and a virtual joint under them: links of both are the same."""
+    srdf = (
+        f'<robot name="free"><virtual_joint name="world_joint" type="{virtual}"'
+        ' parent_frame="/odom" child_link="base"/></robot>'
+        if virtual
+        else ""
+    )
+    robot = Robot(tmp_path, FREE, srdf=srdf)
+    rng = np.random.default_rng(3)
+    for k in range(5):
+        x, y, yaw = rng.uniform(-1.0, 1.0, 3)
+        flat = pose_from_xyz_rpy((x, y, 0.0), (0.0, 0.0, yaw))
+        free = pose_from_xyz_rpy(rng.uniform(-1.0, 1.0, 3), rng.uniform(-3.0, 3.0, 3))
+        poses = {"cart_j": flat, "/drone_j": free}
+        if virtual:
+            poses["world_joint"] = free if virtual == "floating" else flat
+        message = multi_dof_joint_state_to_msg(
+            list(poses), np.stack(list(poses.values())), stamp_ns=NOW + k, frame_id=""
+        )
+        assert robot.send(JOINT_POSES, message)
+        snapshot = robot.world.snapshot
+        planning = snapshot.robots.planning(snapshot.query.snapshot, snapshot.bases)
+        q = planning.present(snapshot.positions)
+        links = ("base", "cart", "drone")
+        X_WL = planning.tree.link_poses(q, [f"r/{link}" for link in links])
+        for link, X in zip(links, X_WL, strict=True):
+            np.testing.assert_allclose(robot.where(link), X, atol=1e-12)
+    assert not robot.faults(JOINT_POSES)
+    X_WB = (free if virtual == "floating" else flat) if virtual else np.eye(4)
+    np.testing.assert_allclose(robot.where("base"), X_WB, atol=1e-12)
+    np.testing.assert_allclose(robot.where("cart"), X_WB @ flat, atol=1e-12)

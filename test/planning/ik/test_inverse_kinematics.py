@@ -228,3 +228,43 @@ def test_bad_arguments_are_named():
         inverse_kinematics(tree, at(2.0, 1.0), group="arm")
     with pytest.raises(KinematicTreeError, match="must be finite"):
         inverse_kinematics(tree, at(2.0, 1.0), near=[math.nan, 0.0])
+
+
+@pytest.mark.parametrize("group", [None, "both"])
+def test_joints_that_do_not_carry_the_link_stay(group):
+    """A second arm, and what is behind the link; a joint that mimics carries by its leader."""
+
+    def joint(name, parent, child, more=""):
+        return (
+            f'<link name="{child}"/><joint name="{name}" type="revolute"><axis xyz="0 0 1"/>'
+            f'<origin xyz="0.5 0 0"/><parent link="{parent}"/><child link="{child}"/>'
+            f'<limit lower="-2" upper="2" velocity="1"/>{more}</joint>'
+        )
+
+    urdf = (
+        '<robot name="r"><link name="base"/>'
+        + joint("l1", "base", "left_1")
+        + joint("l2", "left_1", "left_2", '<mimic joint="lead"/>')
+        + joint("l3", "left_2", "left_3")
+        + joint("l4", "left_3", "left_4")
+        + joint("lead", "base", "leader")
+        + joint("r1", "base", "right_1")
+        + "</robot>"
+    )
+    names = ("l1", "l2", "l3", "l4", "lead", "r1")
+    joints = "".join(f'<joint name="{name}"/>' for name in names)
+    tree = load_kinematic_tree(
+        urdf, f'<robot name="r"><group name="both">{joints}</group></robot>'
+    )
+    near = np.linspace(0.1, 0.5, tree.num_positions)
+    there = near.copy()
+    for name in ("l1", "l3", "lead"):
+        there[tree.position_index(name)] -= 0.7
+    X_WT = tree.link_poses(there, ["left_3"])[0]
+    found = inverse_kinematics(
+        tree, PoseTarget("left_3", X_WT), near=near, group=group, solutions=4
+    )
+    assert found.is_success
+    for name in ("l4", "r1"):
+        column = tree.position_index(name)
+        np.testing.assert_array_equal(found.configurations[:, column], near[column])
