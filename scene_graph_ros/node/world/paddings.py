@@ -40,7 +40,9 @@ def set_padding(request: Any, response: Any, edit: Edit) -> None:
             noun = "geometry" if isinstance(a, GeometryId) else "frame"
             raise MessageError(f"frames_a and frames_b: {words} are one {noun}, which is no pair")
         given = [each for each in (a, b) if each is not None]
-        if len(given) == 2 and not any(_frame_of(each, inspector) in moved for each in given):
+        is_set = not math.isnan(value)
+        can_move = len(given) < 2 or any(_frame_of(each, inspector) in moved for each in given)
+        if is_set and not can_move:
             raise MessageError(f"frames_a and frames_b: neither of {words} is moved by a robot")
         if not any(e != world and inspector.belongs_to_source(e, record.id) for e in given):
             raise OwnershipError(
@@ -48,7 +50,7 @@ def set_padding(request: Any, response: Any, edit: Edit) -> None:
             )
         for pair in ((a, b), (b, a)):
             edit.paddings.pop(pair, None)
-        if not math.isnan(value):
+        if is_set:
             edit.paddings[a, b] = padding_from_msg(value, "paddings")
 
 
