@@ -39,6 +39,9 @@ __all__ = [
 AS_ONE = 1e-3
 """rad or m: as far as encoders tell, joints of which one mimics the other are where both say."""
 
+_MOST_LISTED = 12
+"""Names that an error about an unknown one lists."""
+
 
 class Meaning(NamedTuple):
     """Which entry a name means: that is at ``(value - offset) / multiplier``."""
@@ -86,6 +89,15 @@ class RobotNames:
         """Return a name without its robot's where only one robot has it."""
         return self._short[row]
 
+    def _known(self) -> str:
+        """Say which names there are, where they are few."""
+        if not self.names:
+            return f"; no robot has a {self._noun} at all"
+        if len(self.names) > _MOST_LISTED:
+            return ""
+        listed = ", ".join(self.short(row) for row in range(len(self.names)))
+        return f" (there {'is' if len(self.names) == 1 else 'are'} {listed})"
+
     def row(self, name: str, field: str) -> int:
         """Return which one a name of a message's field means.
 
@@ -103,6 +115,7 @@ class RobotNames:
             known = [*self._meanings, *self._bare]
             raise UnknownIdError(
                 f"{field}: no robot has a {self._noun} {quoted(name)}{suggestion(name, known)}"
+                f"{self._known()}"
             )
         if len(found) > 1:
             several = ", ".join(found[:5])

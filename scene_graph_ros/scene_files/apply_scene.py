@@ -11,6 +11,7 @@ from scene_graph_ros.scene_files.filters_in_scene import apply_filters
 from scene_graph_ros.scene_files.geometries_in_scene import add_frames, add_geometries
 from scene_graph_ros.scene_files.instances import pose_from_spec
 from scene_graph_ros.scene_files.loaded_scene import LoadedScene
+from scene_graph_ros.scene_files.property_names import property_warnings
 from scene_graph_ros.scene_files.robots_in_scene import add_robots
 from scene_graph_ros.scene_files.scene_file import SceneFile
 
@@ -25,6 +26,7 @@ _MULTI_DOF = "sensor_msgs/msg/MultiDOFJointState"
 def apply_scene(scene: SceneFile, scene_graph: SceneGraph, prefix: str) -> LoadedScene:
     """Register the scene, all of it; where that raises, nothing."""
     application = Application(scene, scene_graph, prefix)
+    application.warnings.extend(property_warnings(scene))
 
     def register() -> LoadedScene:
         _add_sources(application)
@@ -98,13 +100,14 @@ def _add_sources(to: Application) -> None:
         deforms = source.configurations
         interpolates = given is None or given.composition == "interpolated"
         with to.located("sources", index, "name"):
-            to.add_source(
+            added = to.add_source(
                 source.name,
                 pose_type,
                 topic,
                 configuration_topic=deforms.topic if deforms is not None else "",
                 interpolates=interpolates,
             )
+        to.take_handle(added, source, "sources", index)
 
 
 def _add_cameras(to: Application) -> None:

@@ -18,8 +18,10 @@ from msg_adapters.robot_configurations import (
 from msg_adapters.stamps import duration_from_msg
 from msg_adapters.trajectories import motion_limits_from_msg, rise_time_from_msg
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.node.services.reported_joints import require_reported
 from scene_graph_ros.node.services.tally import require
 from scene_graph_ros.node.world.planning_robots import PlanningRobots
+from scene_graph_ros.node.world.world import WorldSnapshot
 from scene_graph_ros.planning import MissingRetimerError, PlanProgress, PoseTarget
 from scene_graph_ros.planning.checker.position_limits import moved_inside
 from scene_graph_ros.robots.tree_kernels import FLOATING
@@ -65,10 +67,15 @@ class PlanGoal(NamedTuple):
 def checked_goal(
     request: Any,
     robots: PlanningRobots,
-    present: NDArray[np.float64],
+    snapshot: WorldSnapshot,
     limit: Callable[[str], Any],
+    now: int,
 ) -> PlanGoal:
-    """Return what a goal says, checked, of robots that are at ``present`` ``(nq,)``."""
+    """Return what a goal says, checked, of robots in a snapshot, at a time of the node's (ns).
+
+    Raises StaleError where nobody has said where they are; see `require_reported`.
+    """
+    present = robots.present(snapshot.positions)
     count = count_rows(request.start) + count_rows(request.goals) + len(request.pose_goals)
     require(limit, "max_robot_configurations_per_request", count, "configurations")
     starts = configurations_from_msg(request.start, robots.positions, present, "start")
@@ -92,6 +99,7 @@ def checked_goal(
     overlap = padding_from_msg(request.start_overlap, "start_overlap")
     if overlap < 0.0:
         raise MessageError(f"start_overlap must not be negative, got {overlap:g}")
+    require_reported(request, robots, snapshot, limit, now)
     return PlanGoal(starts[0], goals, group, moving, paddings, limits, rise_time, retimer, overlap)
 
 

@@ -117,6 +117,7 @@ def plan(
     snapshot: WorldSnapshot,
     limit: Callable[[str], Any],
     text: Callable[[str], tuple[str, str]],
+    now: int,
 ) -> tuple[Any, PlannedPath | None]:
     """Return the result of a goal with the planner "regions", and the trajectory.
 
@@ -134,7 +135,7 @@ def plan(
             " joints may be"
         )
     robots = snapshot.robots.planning(core, snapshot.bases)
-    wanted = checked_goal(request, robots, robots.present(snapshot.positions), limit)
+    wanted = checked_goal(request, robots, snapshot, limit, now)
     if wanted.start_overlap:
         raise MessageError("start_overlap must be 0 with the planner 'regions': a start is in one")
     measured = wanted.start
