@@ -60,6 +60,7 @@ setup(
         "mixed-integer": ["pyscipopt"],
         "ompl": ["ompl"],
         "optimal-control": ["casadi"],
+        "pandas": ["pandas"],
         "recording": ["rosbags"],
         "ruckig": ["ruckig"],
         "scs": ["scs"],
