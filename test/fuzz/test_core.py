@@ -282,10 +282,19 @@ def state(scene: SimpleNamespace) -> tuple[Any, ...]:
         scene.graph._model.state.version,
         context.model_version,
         context.pose_version,
-        repr(scene.properties),
+        _values(scene.properties),
         (instance.name(), repr(instance.shape()), instance.pose().tobytes()),
-        repr(instance.proximity_properties()),
+        _values(instance.proximity_properties()),
     )
+
+
+def _values(properties: Any) -> Any:
+    """Return all that properties hold, in the order of their names."""
+    return properties and [
+        (group, name, repr(value))
+        for group in sorted(properties.get_group_names())
+        for name, value in sorted(properties.get_properties_in_group(group).items())
+    ]
 
 
 def test_arguments_that_are_right():
