@@ -32,6 +32,7 @@ setup(
     packages=find_packages(include=[NAME, f"{NAME}.*", "msg_adapters", "msg_adapters.*"]),
     package_data={
         NAME: ["py.typed", "kernels/*.pack"],
+        "msg_adapters": ["py.typed"],
         f"{NAME}.node": ["*.xml"],
         f"{NAME}.views.browser": ["page/*"],
     },
@@ -63,6 +64,7 @@ setup(
         "mixed-integer": ["pyscipopt"],
         "ompl": ["ompl"],
         "optimal-control": ["casadi"],
+        "pandas": ["pandas"],
         "recording": ["rosbags"],
         # To run the node where ROS comes as wheels.
         "ros": [

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from scene_graph_ros.geometry import SceneGraph
 from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.geometry.model.ids import SourceId
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.spatial.poses import as_pose
 from scene_graph_ros.located import suggestion
 from scene_graph_ros.planning.diagrams.robot_diagram import RobotDiagram
@@ -34,6 +35,7 @@ class _Added(NamedTuple):
     scene: LoadedScene | None = None
 
 
+@one_line("scene_graph")
 class RobotDiagramBuilder:
     """Makes a `RobotDiagram` of robots, scene files, and what is registered by hand.
 
