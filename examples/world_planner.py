@@ -24,6 +24,7 @@ from scene_graph_msgs.msg import (
     GeometryDescription,
     MotionLimits,
     PlanHolds,
+    PoseGoal,
     Property,
     QueryOptions,
     RobotConfigurations,
@@ -53,6 +54,8 @@ class WorldPlanner:
         self.markers: dict[tuple[str, int], Marker] = {}
         """What is to be seen, where pictures are wanted: of the path, and of the world."""
         self._sources: dict[str, Any] = {}
+        self._positions: dict[str, float] = {}
+        self.node.create_timer(0.1, self._tell)  # as a robot's driver does: a plan begins there
         subscribe = self.node.create_subscription
         subscribe(PlanHolds, f"{NODE}/plan_holds", self.holds.append, KEPT)
         subscribe(MarkerArray, f"{NODE}/markers/plan", self._take_markers, KEPT)
@@ -109,10 +112,30 @@ class WorldPlanner:
         return answer
 
     def tell_joints(self, names: Sequence[str], positions: Sequence[float]) -> None:
-        """Say where joints are."""
-        message = JointState(name=list(names), position=list(positions))
+        """Say where joints are, now and again until they are elsewhere."""
+        self._positions.update(zip(names, positions, strict=True))
+        self._tell()
+
+    def _tell(self) -> None:
+        if not self._positions:
+            return
+        names, positions = list(self._positions), list(self._positions.values())
+        message = JointState(name=names, position=positions)
         message.header.stamp = self.node.get_clock().now().to_msg()
         self.joints.publish(message)
+
+    def wait_for_joints(self, source: str, links: Sequence[str]) -> None:
+        """Wait until the node has links where the joints were told to be by now."""
+        options = QueryOptions(
+            minimal_stamp=self.node.get_clock().now().to_msg(),
+            minimal_stamp_sources=[source],
+            timeout=Duration(seconds=5.0).to_msg(),
+        )
+        self.ask("GetPoseInWorld", frames=[f"{source}/{each}" for each in links], options=options)
+
+    def claim(self, source: str) -> Any:
+        """Return the handle of a source of the scene that says claim: first."""
+        return self.ask("RegisterSource", name=source).source
 
     def put_object(self, name: str, point: Point) -> None:
         """Put an object somewhere, as a tracker of objects would tell."""
@@ -173,6 +196,22 @@ class WorldPlanner:
         future = handle.get_result_async()
         answer = self.wait(lambda: future.done() and future.result(), "the result")
         return answer.result, bytes(handle.goal_id.uuid)
+
+    def reach(self, link: str, point: Sequence[float], group: str, padding: float) -> Any:
+        """Plan a trajectory that brings what is 0.1 m before a link, pointing down, to a point."""
+        x, y, z = point
+        pose = Pose(position=Point(x=x, y=y, z=z), orientation=Quaternion(x=1.0, w=0.0))
+        tool = Pose(position=Point(z=0.1), orientation=Quaternion(w=1.0))
+        goal = PlanPath.Goal(
+            pose_goals=[PoseGoal(link=link, tool=tool, pose=pose)],
+            group=group,
+            environment_padding=padding,
+        )
+        result, goal_id = self.plan(goal, 60.0, 5.0)
+        if result.status.code or result.failure:
+            raise SystemExit(f"no plan: {result.status.message}{result.reason}")
+        self.wait_for_holds(goal_id, holds=True)
+        return result
 
     def wait_for_holds(self, goal_id: bytes, *, holds: bool) -> PlanHolds:
         """Wait until the node says of a path that it holds, or that it does not."""

@@ -394,8 +394,10 @@ def _before_numbers(data: bytes, layout: Layout) -> NDArray[np.bool_]:
     result = np.zeros(len(data), dtype=bool)
     first = layout.places.first_number
     before = data[first - _UNIT : first]
-    # Not how many numbers or poses follow: the middleware prints where a count is too large.
+    # Not what may say how many numbers or poses follow, whatever names there are: the middleware
+    # prints where a count is too large.
+    count = layout.places.count
     counts = {int.from_bytes(before, order) for order in ("little", "big")}
-    if counts.isdisjoint((len(layout.names), len(layout.names) * layout.width)):
+    if counts.isdisjoint((count, count // layout.width)):
         result[first - _UNIT : first] = True
     return result

@@ -14,6 +14,7 @@ import errno
 import os
 from pathlib import Path
 import stat
+import tempfile
 import threading
 from typing import NamedTuple, TypeVar
 
@@ -23,10 +24,12 @@ __all__ = [
     "FileMark",
     "Reach",
     "find_file",
+    "make_private",
     "package_folder",
     "read_limited",
     "read_marked",
     "read_part",
+    "read_private",
 ]
 
 MAX_MESH_BYTES = 256 * 2**20
@@ -135,6 +138,24 @@ def read_part(mark: FileMark, start: int, count: int) -> bytes:
     return _in_time(lambda path: _read_part(path, mark, start, count), mark.place)
 
 
+def read_private(path: PathLike, below: PathLike, limit: int) -> bytes:
+    """Do as ``read_limited`` with a file that the process's user alone may read.
+
+    With links followed it lies below the folder ``below``. Raises OSError for any other,
+    FileNotFoundError where there is none.
+    """
+    return _in_time(lambda path: _read_private(path, below, limit), path)
+
+
+def make_private(path: PathLike, below: PathLike, data: bytes) -> None:
+    """Make a file that the process's user alone may read (mode 0600), as a whole or not at all.
+
+    With links followed its folder is ``below`` or below that. Raises OSError, FileExistsError
+    where there is something of that name.
+    """
+    _in_time(lambda path: _make_private(Path(path), below, data), path)
+
+
 def _status(path: PathLike) -> os.stat_result:
     try:
         status = Path(path).stat()
@@ -182,6 +203,41 @@ def _read_part(path: PathLike, mark: FileMark, start: int, count: int) -> bytes:
         return os.pread(handle, count, start)
     finally:
         os.close(handle)
+
+
+def _read_private(path: PathLike, below: PathLike, limit: int) -> bytes:
+    status = _status(path)
+    if status.st_uid != os.geteuid():
+        message = "is not a file of the user that this process runs as"
+        raise PermissionError(errno.EACCES, message, os.fspath(path))
+    if status.st_mode & (stat.S_IRWXG | stat.S_IRWXO):
+        message = f"others may use it, with mode {stat.S_IMODE(status.st_mode):04o}: chmod 600 it"
+        raise PermissionError(errno.EACCES, message, os.fspath(path))
+    data, mark = _read(path, limit)
+    if (mark.device, mark.inode) != (status.st_dev, status.st_ino):
+        raise OSError(errno.ESTALE, "another file took its place meanwhile", os.fspath(path))
+    _require_below(Path(mark.place), below, path)
+    return data
+
+
+def _make_private(path: Path, below: PathLike, data: bytes) -> None:
+    _require_below(Path(os.path.realpath(path.parent)), below, path)
+    handle, unfinished = tempfile.mkstemp(prefix=f".{path.name[:64]}", dir=path.parent)  # 0600
+    try:
+        try:
+            os.write(handle, data)
+        finally:
+            os.close(handle)
+        # Fails where the name is taken, also by something that came just now.
+        os.link(unfinished, path)
+    finally:
+        Path(unfinished).unlink()
+
+
+def _require_below(place: Path, below: PathLike, path: PathLike) -> None:
+    if not place.is_relative_to(os.path.realpath(below)):
+        message = f"leads out of the folder {os.fspath(below)!r}"
+        raise PermissionError(errno.EACCES, message, os.fspath(path))
 
 
 def _mark(handle: int, path: PathLike) -> FileMark:

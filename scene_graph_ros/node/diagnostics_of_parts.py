@@ -58,6 +58,8 @@ def _joints(channel: JointChannel, now: int, moment: int, max_age: float) -> Par
                 silent.append(f"{what} for {age:.1f} s")
     first = channel.intake.statistics.first_arrival
     waited = 0.0 if first is None else (now - first) * 1e-9
+    if never:
+        values["never reported"] = _some(never)
     reasons = []
     if silent:
         reasons.append(f"not heard: {_some(silent)}")

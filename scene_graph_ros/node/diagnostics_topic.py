@@ -22,6 +22,7 @@ from scene_graph_ros.node.runtime.names import DIAGNOSTICS
 from scene_graph_ros.node.runtime.namesakes import Namesakes
 from scene_graph_ros.node.runtime.qos import diagnostics_qos, overridable
 from scene_graph_ros.node.services.services import Services
+from scene_graph_ros.node.world.handles import Claim
 from scene_graph_ros.node.world.source_channel import Inputs
 from scene_graph_ros.node.world.world import World
 
@@ -160,6 +161,7 @@ class DiagnosticsTopic:
                 "clock messages refused": self._node.clocks_refused,
                 "nodes of the same name": watched.namesakes.count,
                 "meshes that are no solids": self._notes_on_meshes(snapshot),
+                **_claims(watched.world),
             },
         )
         return diagnostics.message(
@@ -168,3 +170,14 @@ class DiagnosticsTopic:
             sources=sources,
             effects=watched.effects.reports(),
         )
+
+
+def _claims(world: World) -> dict[str, str]:
+    """Return which sources may be claimed, and which were, where there are such."""
+    handles = world.handles
+    words = {Claim.OPEN: "sources that the first may claim", Claim.TAKEN: "sources claimed"}
+    named = {
+        text: ", ".join(name for name, handle in handles.items() if handle.claim is claim)
+        for claim, text in words.items()
+    }
+    return {text: names for text, names in named.items() if names}

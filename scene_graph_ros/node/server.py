@@ -285,7 +285,7 @@ class Server:
             self._effects.require("browser", "with browser_required false the node goes on")
         for report in self._effects.reports():
             if not report.is_on:
-                self.node.get_logger().info(f"effect {report.name} is off: {report.reason}")
+                self.node.get_logger().debug(f"effect {report.name} is off: {report.reason}")
         inspector = snapshot.inspector
         self.node.get_logger().info(
             f"running: {len(self._world.records)} sources, {inspector.num_frames() - 1} frames, "

@@ -166,8 +166,8 @@ class Replay:
             continue_after(id)
             if hasattr(asked, "source"):
                 # Recordings have no tokens.
-                record = edit.records.get(asked.source.name)
-                asked.source.token = 0 if record is None else record.token
+                handle = edit.handles.get(asked.source.name)
+                asked.source.token = 0 if handle is None else handle.token
             EDITS[service](asked, answer, edit, self._tools)
             for frame in edit.rehung:
                 edit.initial_poses[frame] = np.reshape(rehung[str(int(frame))], (4, 4))

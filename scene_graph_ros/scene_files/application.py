@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,6 +14,7 @@ from scene_graph_ros.scene_files.instances import hydroelastic_of
 from scene_graph_ros.scene_files.loaded_scene import LoadedRobot, LoadedScene, LoadedSource
 from scene_graph_ros.scene_files.packages import resolve_resource
 from scene_graph_ros.scene_files.scene_file import SceneFile
+from scene_graph_ros.scene_files.schema_handles import HandleSpec
 
 if TYPE_CHECKING:
     from scene_graph_ros.geometry import ProximityProperties, SceneGraph, Shape
@@ -101,6 +103,25 @@ class Application:
         )
         self.sources[full_name] = source
         return source
+
+    def take_handle(self, source: LoadedSource, spec: HandleSpec, *path: str | int) -> None:
+        """Note how somebody gets a source's handle; raises SceneFileError, with the place."""
+        source.is_claimable = spec.claim == "first"
+        if spec.token_file is None:
+            return
+        base, place = self.scene.base, (*path, "token_file")
+        if base is None:
+            raise self.scene.document.error(
+                "only a scene that is a file has files beside it", *place
+            )
+        folder = base.absolute().parent
+        file = Path(os.path.normpath(folder / spec.token_file))
+        if file.parent != folder and folder not in file.parent.parents:
+            raise self.scene.document.error(
+                f"must lie below the scene's folder {str(folder)!r}, got {spec.token_file!r}",
+                *place,
+            )
+        source.token_file, source.token_file_folder = file, folder
 
     def source(self, name: str) -> LoadedSource:
         """Return the source that the file calls ``name``."""

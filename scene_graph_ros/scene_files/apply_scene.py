@@ -99,13 +99,14 @@ def _add_sources(to: Application) -> None:
         deforms = source.configurations
         interpolates = given is None or given.composition == "interpolated"
         with to.located("sources", index, "name"):
-            to.add_source(
+            added = to.add_source(
                 source.name,
                 pose_type,
                 topic,
                 configuration_topic=deforms.topic if deforms is not None else "",
                 interpolates=interpolates,
             )
+        to.take_handle(added, source, "sources", index)
 
 
 def _add_cameras(to: Application) -> None:

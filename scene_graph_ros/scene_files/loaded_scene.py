@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 from typing import Any, TYPE_CHECKING
 
 from numpy.typing import ArrayLike
@@ -114,6 +115,11 @@ class LoadedSource:
     """Whether transforms of TF are composed at one time, or of the newest of each."""
     description: Any = None
     """The `RobotDescription` of a robot that a topic describes."""
+    token_file: Path | None = None
+    """Where the token of its handle is, or is to be made: below `token_file_folder`."""
+    token_file_folder: Path = Path()
+    is_claimable: bool = False
+    """Whether the first who asks for the source gets its handle."""
 
 
 @dataclass(frozen=True, eq=False)

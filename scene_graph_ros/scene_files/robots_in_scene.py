@@ -42,7 +42,8 @@ def add_robots(to: Application) -> None:
             _add_robot(to, robot, index)
         elif robot.name in to.pending and not to.only:
             with to.located("robots", index, "name"):
-                to.add_source(robot.name, "", "")
+                source = to.add_source(robot.name, "", "")
+            to.take_handle(source, robot, "robots", index)
 
 
 def _add_robot(to: Application, spec: RobotSpec, index: int) -> None:
@@ -73,6 +74,7 @@ def _add_robot(to: Application, spec: RobotSpec, index: int) -> None:
     )
     with to.located("robots", index, "name"):
         source = to.add_source(spec.name, _JOINT_STATE, spec.joint_states, robot)
+    to.take_handle(source, spec, "robots", index)
     with to.located("robots", index, "urdf"):
         frames.update(
             register_robot(

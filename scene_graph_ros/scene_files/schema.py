@@ -17,6 +17,7 @@ from pydantic import (
 
 from scene_graph_ros.geometry.model.render_label import RenderLabel
 from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
+from scene_graph_ros.scene_files.schema_handles import HandleSpec
 from scene_graph_ros.scene_files.schema_renderers import RendererSpec
 from scene_graph_ros.scene_files.schema_shapes import ShapeSpec
 
@@ -129,7 +130,7 @@ class ConfigurationsSpec(_Spec):
     topic: Text = Field(description='Default: "<source>/configurations".')
 
 
-class SourceSpec(_Spec):
+class SourceSpec(HandleSpec):
     """Someone who owns frames and geometry, and alone moves and changes them."""
 
     name: Name
@@ -237,7 +238,7 @@ class DescriptionSpec(_Spec):
     topic: Text
 
 
-class RobotSpec(_Spec):
+class RobotSpec(HandleSpec):
     """A robot: a source whose frames are the links of a URDF, moved by joint states."""
 
     name: Name = Field(description="Name of the robot's source.")

@@ -32,4 +32,4 @@ def test_the_node_example_is_valid_and_publishes():
     code = _block_after("The node in ten lines", "python")
     compile(code, "README.md", "exec")
     assert '"objects/poses"' in code
-    assert code.rstrip().endswith("publisher.publish(message)")
+    assert "publisher.publish(message)" in code

@@ -179,7 +179,7 @@ def move(scene: SimpleNamespace, kind: str, data: bytes) -> None:
         (robot, world), name = scene.robot, "robot"
     old = world.records[name]
     motion = None if robot is None else RobotMotion(robot)
-    record = SourceRecord(old.id, name, old.token, kind, robot=robot, motion=motion)
+    record = SourceRecord(old.id, name, kind, robot=robot, motion=motion)
     warnings: list[str] = []
     channel = make_channel(POSES, record, warnings.append, "world")
     frames = world.frames(name)

@@ -50,7 +50,7 @@ def test_an_object_is_grasped_carried_and_let_go(client, node):
     pose = Pose(position=Point(x=0.5))
     wrong = client.call("AttachFrame", source=source, frame="apple", link="claw")
     assert wrong.status.code == Status.UNKNOWN_NAME
-    assert "link: no robot has a link with geometry 'claw'" in wrong.status.message
+    assert "link: no robot has a link 'claw'" in wrong.status.message
     grasp = {"source": source, "frame": "apple", "link": "ball", "with_pose": True, "pose": pose}
     called(client, "AttachFrame", **grasp)
     found = called(client, "CheckConfigurations", configurations=at(0.15, 0.25, 0.65))

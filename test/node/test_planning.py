@@ -29,7 +29,14 @@ def node(start_node, tmp_path_factory):
     """A node with the ball and the post; the rail is at -1."""
     scene = rail_scene(tmp_path_factory.mktemp("rails"))
     folders = str(tmp_path_factory.getbasetemp())
-    return start_node({"scene": scene, "max_waiting_plans": 1, "resource_folders": folders})
+    return start_node(
+        {
+            "scene": scene,
+            "max_waiting_plans": 1,
+            "resource_folders": folders,
+            "plan_from_unreported": True,
+        }
+    )
 
 
 def tool_at(x, tool=0.0, **tolerances):

@@ -23,7 +23,7 @@ X_LT = pose_from_xyz_rpy((0.0, 0.0, 0.1))
 @pytest.fixture(scope="module")
 def action(client, start_node):
     """A client of a node with the cell."""
-    start_node({"scene": CELL})
+    start_node({"scene": CELL, "plan_from_unreported": True})
     planner = Planner(client)
     yield planner
     planner.destroy()

@@ -32,7 +32,7 @@ def action(client, start_node, tmp_path_factory):
     """A client of a node with the ball and the post; the rail is at -1."""
     folders = str(tmp_path_factory.getbasetemp())
     scene = rail_scene(tmp_path_factory.mktemp("rails"))
-    start_node({"scene": scene, "resource_folders": folders})
+    start_node({"scene": scene, "resource_folders": folders, "plan_from_unreported": True})
     planner = Planner(client)
     yield planner
     planner.destroy()

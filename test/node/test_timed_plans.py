@@ -22,7 +22,7 @@ from scene_graph_msgs.msg import MotionLimits, PlanHolds, Status
 def node(start_node, tmp_path_factory):
     """A node with the ball and the post; the rail is at -1."""
     scene = rail_scene(tmp_path_factory.mktemp("rails"))
-    return start_node({"scene": scene, "max_waiting_plans": 1})
+    return start_node({"scene": scene, "max_waiting_plans": 1, "plan_from_unreported": True})
 
 
 @pytest.fixture(scope="module")

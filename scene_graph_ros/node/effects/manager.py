@@ -182,7 +182,9 @@ class Effects:
         """Warn where an effect alone takes longer than may be between contacts of anybody."""
         period = 1.0 / self._host.parameter("min_update_rate")
         for state in self._states.values():
-            if state.end_update(period) and state.is_to_be_told():
+            is_late = state.end_update(period)
+            # The first update imports, and reads kernels from the disk: that is said of none.
+            if is_late and state.count > 1 and state.is_to_be_told():
                 logger = self._host.node.get_logger()
                 logger.warning(f"effect {state.declaration.name}: {state.warning}")
 

@@ -204,6 +204,12 @@ PARAMETERS: tuple[Parameter, ...] = (
         maximum=86400.0,
     ),
     Parameter(
+        "plan_from_unreported",
+        False,
+        "Whether a plan may begin where nobody has reported that joints are, or long ago; else"
+        " such a goal is STALE.",
+    ),
+    Parameter(
         "start_tolerance",
         1e-3,
         "Radians or metres. How far beyond its limits a position may be where a path begins; the "

@@ -46,15 +46,17 @@ def plan(
     snapshot: WorldSnapshot,
     limit: Callable[[str], Any],
     text: Callable[[str], tuple[str, str]],
+    now: int,
 ) -> tuple[Any, PlannedPath | None]:
     """Return the result of a goal of PlanPath, and the path; feedback goes out meanwhile.
 
-    Raises UnknownIdError, NameConflictError, MessageError, TooLargeError, UnavailableError,
-    PlanningError and TrajectoryError for what can't be worked on, naming the field and its value.
+    ``now`` is the node's time, ns. Raises StaleError, UnknownIdError, NameConflictError,
+    MessageError, TooLargeError, UnavailableError, PlanningError and TrajectoryError for what can't
+    be worked on, naming the field and its value.
     """
     begin, core = time.monotonic(), snapshot.query.snapshot
     robots = snapshot.robots.planning(core, snapshot.bases)
-    wanted = checked_goal(goal.request, robots, robots.present(snapshot.positions), limit)
+    wanted = checked_goal(goal.request, robots, snapshot, limit, now)
     result = PlanPath.Result(
         status=ok_status(),
         scene_version=snapshot.scene_version,

@@ -113,7 +113,8 @@ class PlanAction:
             if any(lacks):
                 raise UnavailableError(f"not yet: {'; '.join(filter(None, lacks))}")
             plans = importlib.import_module(f"{__package__}.{module}")
-            result, path = plans.plan(goal, self._world.snapshot, self._host.parameter, self._text)
+            snapshot, now = self._world.snapshot, self._host.node.get_clock().now().nanoseconds
+            result, path = plans.plan(goal, snapshot, self._host.parameter, self._text, now)
             if path is not None:
                 self._host.plan_found(path)
         except Exception as error:  # noqa: BLE001 - every goal has an end

@@ -18,8 +18,10 @@ from msg_adapters.robot_configurations import (
 from msg_adapters.stamps import duration_from_msg
 from msg_adapters.trajectories import motion_limits_from_msg, rise_time_from_msg
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.node.services.reported_joints import require_reported
 from scene_graph_ros.node.services.tally import require
 from scene_graph_ros.node.world.planning_robots import PlanningRobots
+from scene_graph_ros.node.world.world import WorldSnapshot
 from scene_graph_ros.planning import MissingRetimerError, PlanProgress, PoseTarget
 from scene_graph_ros.robots.tree_kernels import FLOATING
 from scene_graph_ros.trajectories import MotionLimits
@@ -62,10 +64,15 @@ class PlanGoal(NamedTuple):
 def checked_goal(
     request: Any,
     robots: PlanningRobots,
-    present: NDArray[np.float64],
+    snapshot: WorldSnapshot,
     limit: Callable[[str], Any],
+    now: int,
 ) -> PlanGoal:
-    """Return what a goal says, checked, of robots that are at ``present`` ``(nq,)``."""
+    """Return what a goal says, checked, of robots in a snapshot, at a time of the node's (ns).
+
+    Raises StaleError where nobody has said where they are; see `require_reported`.
+    """
+    present = robots.present(snapshot.positions)
     count = count_rows(request.start) + count_rows(request.goals) + len(request.pose_goals)
     require(limit, "max_robot_configurations_per_request", count, "configurations")
     starts = configurations_from_msg(request.start, robots.positions, present, "start")
@@ -85,6 +92,7 @@ def checked_goal(
         limits = _limits(request.limits, robots, moving)
     rise_time = rise_time_from_msg(request.rise_time, "rise_time")
     retimer = _retimer(limit("retimer") if request.with_trajectory else "time_optimal")
+    require_reported(request, robots, snapshot, limit, now)
     return PlanGoal(starts[0], goals, group, moving, paddings, limits, rise_time, retimer)
 
 

@@ -109,6 +109,7 @@ def plan(
     snapshot: WorldSnapshot,
     limit: Callable[[str], Any],
     text: Callable[[str], tuple[str, str]],
+    now: int,
 ) -> tuple[Any, PlannedPath | None]:
     """Return the result of a goal with the planner "regions", and the trajectory.
 
@@ -126,7 +127,7 @@ def plan(
             " joints may be"
         )
     robots = snapshot.robots.planning(core, snapshot.bases)
-    wanted = checked_goal(request, robots, robots.present(snapshot.positions), limit)
+    wanted = checked_goal(request, robots, snapshot, limit, now)
     rules = rules_from_msg(request.regions, "regions")
     require(
         limit,

@@ -7,7 +7,7 @@ nothing. All of them run in threads of their own, whatever the executor of the n
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import nullcontext
 from functools import partial
 import time
@@ -35,6 +35,7 @@ from scene_graph_ros.node.services.queries import QUERIES, QueryScope
 from scene_graph_ros.node.services.request_counts import RequestCounts
 from scene_graph_ros.node.services.waiting import PendingAnswer, PoseRequirement, Waiting
 from scene_graph_ros.node.world.edits import EDITS, Tools
+from scene_graph_ros.node.world.handles import Handle
 from scene_graph_ros.node.world.intake import UNSTAMPED
 from scene_graph_ros.node.world.scene import Edit
 from scene_graph_ros.node.world.world import World, WorldSnapshot
@@ -220,13 +221,14 @@ class Services:
             try:
                 if not self._host.parameter("allow_editing"):
                     raise UnavailableError("the parameter allow_editing is false")
-                snapshot = self._world.snapshot
+                snapshot, handles = self._world.snapshot, self._world.handles
                 resolve = self._tools.resolve
                 with at_rest() if name in _LARGE_EDITS else nullcontext():
                     prepare(name, request, snapshot.names, snapshot.inspector, resolve)
                     snapshot = self._edit(name, handler, request, response)
                 self._host.scene_changed()
                 if name == "RegisterSource":
+                    self._tell_claim(response.source.name, handles)
                     topics = self._host.pose_topics(snapshot)
                     response.pose_topic = topics.get(response.source.name, "")
                 elif name == "RegisterDeformableGeometry":
@@ -238,6 +240,13 @@ class Services:
             return response
 
         return answer
+
+    def _tell_claim(self, name: str, before: Mapping[str, Handle]) -> None:
+        """Log that somebody claimed a source, where the last edit did that."""
+        if self._world.handles[name] is not before.get(name) and name in before:
+            self._host.node.get_logger().info(
+                f"source {quoted(name)} is claimed: the first who asked for it has its handle"
+            )
 
     def _edit(self, name: str, handler: Any, request: Any, response: Any) -> WorldSnapshot:
         """Make an edit, and have it recorded where that is asked for."""

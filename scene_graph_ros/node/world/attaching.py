@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Iterable, Iterator
+from typing import Any, TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from msg_adapters.errors import MessageError
 from msg_adapters.poses import pose_from_msg, pose_to_msg
@@ -18,6 +19,11 @@ from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.spatial.poses import compose, inverse
 from scene_graph_ros.node.world.scene import Attachment, Edit, SourceRecord
+from scene_graph_ros.robots.robot_parts import JointType
+
+if TYPE_CHECKING:
+    from scene_graph_ros.robots.robot_model import RobotModel
+    from scene_graph_ros.scene_files.loaded_scene import LoadedRobot
 
 __all__ = ["attach_frame", "detach_frame", "let_go_of"]
 
@@ -32,8 +38,9 @@ def attach_frame(request: Any, response: Any, edit: Edit) -> None:
             f"frame {quoted(request.frame)} is attached to {quoted(known.link)} already: detach it"
         )
     links = _Links(edit)
-    path, link = links.find(request.link, "link")
-    others = [links.find(name, "touch_links")[1] for name in request.touch_links]
+    path, link, X_CL = links.carrier(request.link, "link")
+    touching = [links.frame(name, "touch_links") for name in request.touch_links]
+    own = [links.frame(request.link, "link"), *touching]
     if record.robot is not None:
         raise MessageError(f"frame: {quoted(request.frame)} is a robot's own, which joints move")
     if request.with_pose:
@@ -41,13 +48,14 @@ def attach_frame(request: Any, response: Any, edit: Edit) -> None:
     else:
         moment = edit.moment
         assert moment is not None
-        X_LF = compose(inverse(moment.pose_in_world(link)), moment.pose_in_world(frame))
+        X_WL = compose(moment.pose_in_world(link), X_CL)
+        X_LF = compose(inverse(X_WL), moment.pose_in_world(frame))
     inspector = edit.scene_graph.model_inspector()
     parent = inspector.get_parent_frame(frame)
-    pairs = _open_pairs(edit, frame, [link, *others])
+    pairs = _open_pairs(edit, frame, [each for each in own if each is not None])
     edit.scene_graph.change_parent(record.id, frame, link)
     _filter(edit, pairs, is_filtered=True)
-    _put(edit, frame, X_LF)
+    _put(edit, frame, compose(X_CL, X_LF))
     edit.attachments[frame] = Attachment(path, parent, pairs)
     response.pose = pose_to_msg(X_LF)
 
@@ -86,23 +94,54 @@ def _detach(edit: Edit, record: SourceRecord, frame: FrameId) -> Any:
 
 
 class _Links:
-    """Links of all robots that have a frame, by name."""
+    """Links of all robots, by name: with frames of their own where they have geometry."""
 
     def __init__(self, edit: Edit) -> None:
-        there = set(edit.scene_graph.model_inspector().get_all_frame_ids())
+        self._there = set(edit.scene_graph.model_inspector().get_all_frame_ids())
         robots = {n: r.robot for n, r in edit.records.items() if r.robot is not None}
-        self._frames: dict[str, FrameId] = {
-            f"{name}/{link}": frame
-            for name, robot in robots.items()
-            for link, frame in robot.link_frames.items()
-            if frame in there
-        }
-        self._names = RobotNames("link with geometry", tuple(self._frames), robots)
+        self._links = [(robot, link) for robot in robots.values() for link in robot.model.links]
+        paths = tuple(f"{n}/{link}" for n, robot in robots.items() for link in robot.model.links)
+        self._names = RobotNames("link", paths, robots)
 
-    def find(self, name: str, field: str) -> tuple[str, FrameId]:
-        """Return a link's path and frame; raises UnknownIdError, NameConflictError."""
-        path = self._names.names[self._names.row(name, field)]
-        return path, self._frames[path]
+    def frame(self, name: str, field: str) -> FrameId | None:
+        """Return a link's own frame, if it has one; raises UnknownIdError, NameConflictError."""
+        return self._frame_of(*self._links[self._names.row(name, field)])
+
+    def carrier(self, name: str, field: str) -> tuple[str, FrameId, NDArray[np.float64]]:
+        """Return a link's path, the frame that goes with it, and the link in that, X_CL.
+
+        The frame is its own or, where it has none, that of the nearest link that fixed joints
+        join to it. Raises UnknownIdError, NameConflictError, and MessageError where none has one.
+        """
+        row = self._names.row(name, field)
+        robot, link = self._links[row]
+        reached = {link: np.eye(4)}
+        queue = [link]
+        for each in queue:
+            frame = self._frame_of(robot, each)
+            if frame is not None:
+                return self._names.names[row], frame, inverse(reached[each])
+            for other, X in _welded(robot.model, each):
+                if other not in reached:
+                    reached[other] = compose(reached[each], X)
+                    queue.append(other)
+        raise MessageError(
+            f"{field}: neither {quoted(name)} nor a link that is fixed to it has geometry, and so"
+            " a frame: with all_links: true for the robot in its scene every link has one"
+        )
+
+    def _frame_of(self, robot: LoadedRobot, link: str) -> FrameId | None:
+        frame = robot.link_frames.get(link)
+        return frame if frame in self._there else None
+
+
+def _welded(model: RobotModel, link: str) -> Iterator[tuple[str, NDArray[np.float64]]]:
+    """Yield the links that a fixed joint joins to this one, and where in it they are."""
+    for joint in model.joints.values():
+        if joint.type is JointType.FIXED and joint.parent == link:
+            yield joint.child, joint.X_PC
+        elif joint.type is JointType.FIXED and joint.child == link:
+            yield joint.parent, inverse(joint.X_PC)
 
 
 def _frame(request: Any, edit: Edit) -> FrameId:

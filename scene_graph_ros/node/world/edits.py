@@ -33,8 +33,8 @@ from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.steps import between_steps
 from scene_graph_ros.located import suggestion
 from scene_graph_ros.node.runtime.names import DEFAULT_POSE_TYPE
+from scene_graph_ros.node.world.handles import Claim, new_token
 from scene_graph_ros.node.world.scene import Edit, SourceRecord
-from scene_graph_ros.node.world.world import new_token
 
 __all__ = ["EDITS", "Tools"]
 
@@ -60,15 +60,9 @@ def register_source(request: Any, response: Any, edit: Edit, tools: Tools) -> No
     """Answer RegisterSource; the same name with its own token gets the source back."""
     pose_type = request.pose_type or DEFAULT_POSE_TYPE
     tools.check_pose_type(pose_type)
-    existing = edit.records.get(request.name.strip())
-    if existing is not None:
-        if request.token == 0 or request.token != existing.token:
-            raise NameConflictError(f"a source called {quoted(request.name)} exists already")
-        if existing.pose_type != pose_type:
-            raise MessageError(
-                f"source {quoted(request.name)} sends {existing.pose_type}, not {pose_type}"
-            )
-        record, edit.has_changes = existing, False
+    record = edit.records.get(request.name.strip())
+    if record is not None:
+        _hand_out(request, record, edit)
     else:
         if pose_type == "sensor_msgs/msg/JointState":
             raise MessageError(
@@ -76,7 +70,35 @@ def register_source(request: Any, response: Any, edit: Edit, tools: Tools) -> No
             )
         token = request.token or new_token()
         record = edit.add_source(request.name, token=token, pose_type=pose_type)
-    response.source = SourceHandle(name=record.name, token=record.token)
+    response.source = _handle(record.name, edit)
+
+
+def _hand_out(request: Any, record: SourceRecord, edit: Edit) -> None:
+    """Have who asks for a source that is there get its handle, by its token or as the first."""
+    handle = edit.handles[record.name]
+    is_known = request.token != 0 and request.token == handle.token
+    if not is_known and handle.claim is not Claim.OPEN:
+        raise NameConflictError(_taken(request.name, handle.claim))
+    if request.pose_type and record.pose_type != request.pose_type:
+        raise MessageError(
+            f"source {quoted(request.name)} sends {record.pose_type or 'no poses'}, not"
+            f" {request.pose_type}"
+        )
+    edit.has_changes = not is_known
+    if not is_known:
+        edit.handles[record.name] = handle.taken(request.token)
+
+
+def _taken(name: str, claim: Claim) -> str:
+    """Say why nobody gets a handle, and how somebody could."""
+    text = f"a source called {quoted(name)} exists already"
+    if claim is Claim.TAKEN:
+        return f"{text}, and was claimed: who did so has its handle"
+    return f"{text}; its token gives it back"
+
+
+def _handle(name: str, edit: Edit) -> SourceHandle:
+    return SourceHandle(name=name, token=edit.handles[name].token)
 
 
 def remove_source(request: Any, response: Any, edit: Edit, tools: Tools) -> None:
@@ -314,7 +336,7 @@ def load_scene(request: Any, response: Any, edit: Edit, tools: Tools) -> None:
     if bool(request.resource) == bool(request.text):
         raise MessageError("give either resource or text")
     for record in tools.load_scene(edit, request):
-        response.sources.append(SourceHandle(name=record.name, token=record.token))
+        response.sources.append(_handle(record.name, edit))
 
 
 EDITS: dict[str, Handler] = {

@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 from msg_adapters.robot_configurations import RobotNames
 from scene_graph_ros.geometry.errors import UnknownIdError
 from scene_graph_ros.geometry.model.snapshot import Snapshot
+from scene_graph_ros.node.world.paddings import geometry_paddings
+from scene_graph_ros.node.world.scene import PaddedSide
 from scene_graph_ros.planning import RobotDiagram, SceneGraphCollisionChecker
 from scene_graph_ros.planning.pairs.checker_plan import carrier
 
 if TYPE_CHECKING:
     from scene_graph_ros.geometry import SceneGraph
     from scene_graph_ros.geometry.model.context import Context
-    from scene_graph_ros.geometry.model.ids import FrameId
 
 __all__ = ["PlanningRobots"]
 
@@ -34,12 +35,12 @@ class PlanningRobots:
         scene_graph: SceneGraph,
         context: Context,
         snapshot: Snapshot,
-        paddings: Mapping[tuple[FrameId, FrameId], float],
+        paddings: Mapping[tuple[PaddedSide, PaddedSide], float],
         bases: Mapping[str, NDArray[np.float64]],
     ) -> None:
         """Prepare for loaded robots by name; raises UnknownIdError where there is none.
 
-        ``paddings`` (m) are those of single pairs of frames, which no request's replaces;
+        ``paddings`` (m) are those of single pairs, which no request's replaces;
         ``bases`` ``(4, 4)`` where the robots stand.
         """
         if not robots:
@@ -47,12 +48,7 @@ class PlanningRobots:
         diagram = RobotDiagram.of_robots(robots, scene_graph, context, bases=bases)
         self._bases = {name: X_WB.tobytes() for name, X_WB in bases.items()}
         self._checker = SceneGraphCollisionChecker(diagram, snapshot=snapshot)
-        bodies = self._checker.bodies
-        known = {body.frame_id for body in bodies if self._checker.is_part_of_robot(body)}
-        # What a robot does not carry any more has none, until one does again.
-        self._paddings: Mapping[Any, float] = {
-            p: value for p, value in paddings.items() if known.intersection(p)
-        }
+        self._paddings = geometry_paddings(paddings, snapshot.inspector)
         self.model_version = snapshot.model_version
         self.tree = diagram.tree
         self.positions = RobotNames("position", self.tree.position_names, robots)
@@ -80,6 +76,16 @@ class PlanningRobots:
             q[rows] = positions[name][own]
         return q
 
+    def positions_of(self, joint: str) -> tuple[str, ...]:
+        """Return the names of a joint's positions, ``<robot>/<joint>``, ``.x`` and so on."""
+        parts = f"{joint}."
+        own = [n for n in self.tree.position_names if n == joint or n.startswith(parts)]
+        return (joint,) if joint in own else tuple(own)
+
+    def robot_of(self, path: str) -> str:
+        """Return whose a joint is; the longest name counts where one begins with another."""
+        return max((n for n in self._sources if path.startswith(f"{n}/")), key=len)
+
     def carried(self, snapshot: Snapshot) -> dict[Any, tuple[int, NDArray[np.float64]]]:
         """Return the frames that links carry: by which (row of the tree), and where, X_LF."""
         result = {}
@@ -103,7 +109,7 @@ class PlanningRobots:
             self_collision_padding=self_padding,
         )
         if self._paddings:
-            result.set_paddings_between(self._paddings)
+            result.set_paddings_between_geometries(self._paddings)
         return result
 
 

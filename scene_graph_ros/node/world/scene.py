@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, TYPE_CHECKING
+from typing import Any, TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.steps import between_steps
 from scene_graph_ros.node.runtime.names import DEFAULT_POSE_TYPE
 from scene_graph_ros.node.world.deformables import deformables_by_source, SourceDeformables
+from scene_graph_ros.node.world.handles import Handle
 from scene_graph_ros.node.world.intake import SourceFrames, UNSTAMPED
 from scene_graph_ros.node.world.scene_robots import SceneRobots
 
@@ -32,12 +33,15 @@ if TYPE_CHECKING:
     from scene_graph_ros.geometry.perception import CameraDescription
     from scene_graph_ros.node.world.robot_motion import RobotMotion
 
-__all__ = ["Attachment", "Edit", "Scene", "SourceRecord"]
+__all__ = ["Attachment", "Edit", "PaddedSide", "Scene", "SourceRecord"]
+
+PaddedSide: TypeAlias = "FrameId | GeometryId | None"
+"""What has a padding to something: all geometry on a frame, a geometry, or None: everything."""
 
 
 @dataclass(frozen=True)
 class SourceRecord:
-    """What the node knows about a source beside the model: who may change it, where poses come.
+    """What the node knows about a source beside the model: where its poses come from.
 
     ``pose_type`` "" means that no poses are read. ``robot`` computes link poses for JointState,
     ``motion`` has when its joints were heard. ``interpolates``: TF is composed at one time.
@@ -46,7 +50,6 @@ class SourceRecord:
 
     id: Any
     name: str
-    token: int
     pose_type: str = DEFAULT_POSE_TYPE
     pose_topic: str = ""
     robot: Any = None
@@ -75,6 +78,8 @@ class Edit:
 
     scene_graph: SceneGraph
     records: dict[str, SourceRecord]
+    handles: dict[str, Handle] = field(default_factory=dict)
+    """Of all sources, by name."""
     filter_owners: dict[int, str] = field(default_factory=dict)
     effects_off: set[str] = field(default_factory=set)
     initial_poses: dict[Any, np.ndarray] = field(default_factory=dict)
@@ -82,8 +87,8 @@ class Edit:
     has_changes: bool = True
     names_before: SceneNames | None = None
     attachments: dict[FrameId, Attachment] = field(default_factory=dict)
-    paddings: dict[tuple[FrameId, FrameId], float] = field(default_factory=dict)
-    """Metres, of single pairs of frames."""
+    paddings: dict[tuple[PaddedSide, PaddedSide], float] = field(default_factory=dict)
+    """Metres, of single pairs."""
     rehung: set[FrameId] = field(default_factory=set)
     """Frames whose poses are in another parent from now on: they begin at their initial ones."""
     moment: Snapshot | None = None
@@ -112,7 +117,7 @@ class Edit:
         record = self.records.get(name)
         if record is None:
             raise UnknownIdError(f"no source is called {quoted(name)}")
-        if record.token != token:
+        if self.handles[name].token != token:
             raise OwnershipError(f"the token does not belong to source {quoted(name)}")
         return record
 
@@ -163,12 +168,12 @@ class Edit:
     def remove_source(self, record: SourceRecord) -> None:
         """Remove a source with all that it registered, and its cameras."""
         self.scene_graph.remove_source(record.id)
-        del self.records[record.name]
+        del self.records[record.name], self.handles[record.name]
         for name in [n for n, each in self.cameras.items() if each.source == record.name]:
             del self.cameras[name]
         self.drop_unused_renderers()
 
-    def add_source(self, name: str, **values: Any) -> SourceRecord:
+    def add_source(self, name: str, *, token: int, **values: Any) -> SourceRecord:
         """Register a source in the model and on record; raises NameConflictError if taken.
 
         Raises InvalidNameError for what can't be a source's name.
@@ -177,7 +182,7 @@ class Edit:
         canonical = canonical_name("source", name)
         source_id = self.scene_graph.register_source(canonical)
         record = SourceRecord(source_id, canonical, **values)
-        self.records[canonical] = record
+        self.records[canonical], self.handles[canonical] = record, Handle(token)
         return record
 
 
@@ -190,6 +195,7 @@ class Scene:
     def __init__(self, edit: Edit, before: Scene | None, *, world_frame: str) -> None:
         """Make what ``edit`` ended with ready; `take_poses` before it is used."""
         self.scene_graph, self.records = edit.scene_graph, edit.records
+        self.handles: Mapping[str, Handle] = edit.handles
         self.filter_owners, self.effects_off = edit.filter_owners, frozenset(edit.effects_off)
         self.cameras: Mapping[str, CameraDescription] = dict(edit.cameras)
         self._brought_renderers = frozenset(edit.brought_renderers)
@@ -199,7 +205,8 @@ class Scene:
         self.context: Context = self.scene_graph.create_default_context()
         there = set(inspector.get_all_frame_ids())
         self.attachments = {f: a for f, a in edit.attachments.items() if f in there}
-        self.paddings = {p: value for p, value in edit.paddings.items() if there.issuperset(p)}
+        sides = {None, *there, *inspector.get_all_geometry_ids()}
+        self.paddings = {p: value for p, value in edit.paddings.items() if sides.issuperset(p)}
         between_steps()
         self.names = SceneNames(self.context.snapshot.inspector, edit.names_before)
         between_steps()
@@ -222,6 +229,7 @@ class Scene:
         return Edit(
             self.scene_graph.clone(),
             dict(self.records),
+            dict(self.handles),
             dict(self.filter_owners),
             set(self.effects_off),
             cameras=dict(self.cameras),

@@ -12,7 +12,6 @@ if TYPE_CHECKING:
 
     from scene_graph_ros.geometry import SceneGraph
     from scene_graph_ros.geometry.model.context import Context
-    from scene_graph_ros.geometry.model.ids import FrameId
     from scene_graph_ros.geometry.model.snapshot import Snapshot
     from scene_graph_ros.node.world.planning_robots import PlanningRobots
 
@@ -27,9 +26,9 @@ class SceneRobots:
         robots: Mapping[str, Any],
         scene_graph: SceneGraph,
         context: Context,
-        paddings: Mapping[tuple[FrameId, FrameId], float],
+        paddings: Mapping[tuple[Any, Any], float],
     ) -> None:
-        """Take robots, their scene, and the paddings (m) of single pairs of frames."""
+        """Take robots, their scene, and the paddings (m) of single pairs: see `PaddedSide`."""
         self.robots, self.scene_graph, self.context = robots, scene_graph, context
         self._paddings = paddings
         self._lock = threading.Lock()

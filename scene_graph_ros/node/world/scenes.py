@@ -12,10 +12,10 @@ from scene_graph_ros.geometry.errors import UnknownIdError
 from scene_graph_ros.geometry.files import MAX_TEXT_BYTES, package_folder, Reach, read_limited
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.located import SceneFileError
+from scene_graph_ros.node.world.handles import Claim, Handle, new_token, token_of_file
 from scene_graph_ros.node.world.robot_motion import RobotMotion
 from scene_graph_ros.node.world.scene import Edit, SourceRecord
 from scene_graph_ros.node.world.source_topics import TF
-from scene_graph_ros.node.world.world import new_token
 from scene_graph_ros.scene_files.packages import Packages, resolve_resource, SCENE_ENDINGS
 
 if TYPE_CHECKING:
@@ -71,10 +71,11 @@ class SceneLoader:
         """``package_paths`` are folders separated by colons.
 
         ``effect_names`` are the effects that a scene may switch off; ``texts`` has what files say
-        that are not to be read, by their paths. Requests name texts below ``folders``, and those
-        that packages share; None: anywhere.
+        that are not to be read, by their paths: then no file with a token is read or made either.
+        Requests name texts below ``folders``, and those that packages share; None: anywhere.
         """
         self._texts = {} if texts is None else texts
+        self._reads_tokens = texts is None
         self._folders = tuple(Path(part) for part in package_paths.split(":") if part)
         self._packages = Packages.of(package_dirs=self._folders)
         if folders is None:
@@ -106,7 +107,8 @@ class SceneLoader:
     def load_request(self, edit: Edit, request: Any) -> list[SourceRecord]:
         """Add the scene that a LoadScene request names or contains; it switches no effect off.
 
-        Nor does it have the node connect to a server: a client could have it ask anyone.
+        Nor does it have the node connect to a server: a client could have it ask anyone; or read
+        and write files with tokens.
         """
         loaded = self._load(
             edit, request.resource, request.text, request.prefix, reach=self._reach
@@ -122,6 +124,13 @@ class SceneLoader:
                 f"renderers: {', '.join(loaded.servers)}: the node asks a render server only where"
                 " the scene says so that it starts with, its parameter 'scene'"
             )
+        for source in loaded.sources.values():
+            if source.token_file is not None or source.is_claimable:
+                key = "claim" if source.is_claimable else "token_file"
+                raise MessageError(
+                    f"source {quoted(source.name)}: {key} can be said by the scene alone that the"
+                    " node starts with, its parameter 'scene'; who loads a scene gets its handles"
+                )
         return [self._record(edit, source) for source in loaded.sources.values()]
 
     def load(self, edit: Edit, resource: str) -> list[SourceRecord]:
@@ -131,7 +140,16 @@ class SceneLoader:
         """
         loaded = self._load(edit, resource)
         edit.effects_off.update(name for name, how in loaded.effects.items() if how == "off")
-        return [self._record(edit, source) for source in loaded.sources.values()]
+        return [
+            self._record(edit, source, self._first_handle(source))
+            for source in loaded.sources.values()
+        ]
+
+    def _first_handle(self, source: Any) -> Handle:
+        """Return the handle of a source of the scene that the node starts with."""
+        if source.token_file is not None and self._reads_tokens:
+            return Handle(token_of_file(source.token_file, source.token_file_folder))
+        return Handle(new_token(), Claim.OPEN if source.is_claimable else Claim.CLOSED)
 
     def describe(self, edit: Edit, name: str, text: str) -> Described:
         """Have a robot of the scene become as the text of a URDF says.
@@ -147,11 +165,12 @@ class SceneLoader:
             raise UnknownIdError(f"no source {quoted(name)} waits for a description")
         if old.robot is not None:
             let_go_of(edit, old)
+        handle = edit.handles[name]
         edit.remove_source(old)
         loaded = old.description.apply(edit.scene_graph, text)
         edit.add_cameras(loaded.cameras)
         (source,) = loaded.sources.values()
-        record = self._record(edit, source, old)
+        record = self._record(edit, source, handle, old)
         assert record.motion is not None
         return Described(loaded, old.description, edit)
 
@@ -183,8 +202,14 @@ class SceneLoader:
                 raise MessageError(f"effects: {quoted(name)} is none of {known}")
         return loaded
 
-    def _record(self, edit: Edit, source: Any, old: SourceRecord | None = None) -> SourceRecord:
-        """Put a source on record; ``old`` is what it was before."""
+    def _record(
+        self,
+        edit: Edit,
+        source: Any,
+        handle: Handle | None = None,
+        old: SourceRecord | None = None,
+    ) -> SourceRecord:
+        """Put a source on record, with a handle or a new one; ``old`` is what it was before."""
         if source.pose_type:
             self._check_pose_type(source.pose_type)
         robot, motion = source.robot, None
@@ -197,7 +222,6 @@ class SceneLoader:
         record = SourceRecord(
             source.source_id,
             source.name,
-            new_token() if old is None else old.token,
             source.pose_type,
             source.pose_topic,
             source.robot,
@@ -207,6 +231,7 @@ class SceneLoader:
             source.description,
         )
         edit.records[record.name] = record
+        edit.handles[record.name] = Handle(new_token()) if handle is None else handle
         edit.initial_poses.update(source.initial_poses)
         if source.robot is not None:
             edit.initial_poses.update(source.robot.frame_poses())

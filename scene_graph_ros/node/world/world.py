@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Mapping
 from dataclasses import dataclass, field
-import secrets
 import threading
 from typing import Any, TYPE_CHECKING, TypeVar
 
@@ -25,6 +24,7 @@ from scene_graph_ros.node.runtime.made_once import made_once
 from scene_graph_ros.node.runtime.precedence import Precedence
 from scene_graph_ros.node.world.deformables import SourceDeformables
 from scene_graph_ros.node.world.half_spaces import check_half_spaces
+from scene_graph_ros.node.world.handles import Handle, new_token
 from scene_graph_ros.node.world.intake import SourceFrames, UNSTAMPED
 from scene_graph_ros.node.world.scene import Edit, Scene, SourceRecord
 from scene_graph_ros.node.world.scene_robots import SceneRobots
@@ -34,17 +34,12 @@ if TYPE_CHECKING:
 
     from scene_graph_ros.geometry.perception import CameraDescription
 
-__all__ = ["STATIC", "SourceStamps", "World", "WorldSnapshot", "new_token"]
+__all__ = ["STATIC", "SourceStamps", "World", "WorldSnapshot"]
 
 T = TypeVar("T")
 
 STATIC = np.iinfo(np.int64).max
 """Stamp of what never gets old."""
-
-
-def new_token() -> int:
-    """Return a random non-zero token of 64 bits."""
-    return secrets.randbits(64) or 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,7 +176,9 @@ class World:
         self._watchers_lock = threading.Lock()
         graph = SceneGraph() if scene_graph is None else scene_graph
         check_half_spaces(graph.model_inspector())
-        self._scene = Scene(Edit(graph, _records_of(graph)), None, world_frame=world_frame)
+        records = _records_of(graph)
+        handles = {name: Handle(new_token()) for name in records}
+        self._scene = Scene(Edit(graph, records, handles), None, world_frame=world_frame)
         self._scene.take_poses(None)
         self._scene.begin()
         self._publish(None)
@@ -195,6 +192,11 @@ class World:
     def records(self) -> Mapping[str, SourceRecord]:
         """All sources by name; a new mapping after each edit."""
         return self._scene.records
+
+    @property
+    def handles(self) -> Mapping[str, Handle]:
+        """Whose sources are, by name; a new mapping after each edit."""
+        return self._scene.handles
 
     @property
     def effects_off(self) -> frozenset[str]:
@@ -341,5 +343,5 @@ def _records_of(scene_graph: SceneGraph) -> dict[str, SourceRecord]:
     for source_id in inspector.get_all_source_ids():
         if source_id != own:
             name = inspector.get_name(source_id)
-            records[name] = SourceRecord(source_id, name, new_token())
+            records[name] = SourceRecord(source_id, name)
     return records

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 import copy
 import threading
 from typing import Any, overload, TypeVar
@@ -10,13 +10,14 @@ from typing import Any, overload, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.shapes.half_space import HalfSpace
 from scene_graph_ros.geometry.shapes.shape import Shape
 from scene_graph_ros.planning.checker.added_shapes import AddedShape, BodyShapeDescription
 from scene_graph_ros.planning.checker.body_matrices import BodyMatrices
 from scene_graph_ros.planning.checker.checker_bodies import AnyBody, CheckerBody
-from scene_graph_ros.planning.checker.checker_state import CheckerState
+from scene_graph_ros.planning.checker.checker_state import CheckerState, GeometryPadding
 from scene_graph_ros.planning.errors import CollisionCheckerError
 
 __all__ = ["ChangingChecker"]
@@ -178,6 +179,20 @@ class ChangingChecker:
             return matrices
 
         self._set_matrices(change)
+
+    def set_paddings_between_geometries(
+        self,
+        paddings: Iterable[tuple[Iterable[GeometryId] | None, Iterable[GeometryId] | None, float]],
+    ) -> None:
+        """Set what geometries have to keep from others, in m, in place of their bodies' paddings.
+
+        Each entry has two sets of ids, None for all, and the padding; later entries overrule
+        earlier ones, and those of earlier calls are forgotten. Paddings of bodies that are set
+        afterwards leave them.
+        """
+        own = [GeometryPadding.of_ids(*entry) for entry in paddings]
+        with self._changes:
+            self._state = self._state.with_geometry_paddings(own)
 
     def get_padding_matrix(self) -> NDArray[np.float64]:
         """Return all paddings ``(n, n)`` of n bodies, in m."""

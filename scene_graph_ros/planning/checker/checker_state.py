@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.planning.checker.added_shapes import AddedShape, furnished
 from scene_graph_ros.planning.checker.body_matrices import BodyMatrices, CHECKED, FILTERED
@@ -16,7 +17,37 @@ from scene_graph_ros.planning.diagrams.robot_diagram import RobotDiagram
 from scene_graph_ros.planning.errors import finite_number
 from scene_graph_ros.planning.pairs.checker_plan import CheckerPlan, make_plan, placed
 
-__all__ = ["CheckerState", "make_state"]
+__all__ = ["CheckerState", "GeometryPadding", "make_state"]
+
+
+class GeometryPadding(NamedTuple):
+    """What geometries keep from others, by their ids' values; None: from all."""
+
+    of: frozenset[int] | None
+    to: frozenset[int] | None
+    padding: float
+    """Metres."""
+
+    @classmethod
+    def of_ids(
+        cls, of: Iterable[GeometryId] | None, to: Iterable[GeometryId] | None, padding: float
+    ) -> GeometryPadding:
+        """Return the value; raises CollisionCheckerError for a padding that is not finite."""
+        one, other = (
+            None if ids is None else frozenset(int(each) for each in ids) for ids in (of, to)
+        )
+        return cls(one, other, finite_number("padding", padding))
+
+    def of_pairs(self, plan: CheckerPlan) -> NDArray[np.bool_]:
+        """Tell which of all the plan's pairs it is about, ``(p,)``."""
+        ids = np.array([int(each) for each in plan.geometry_ids], dtype=np.int64)
+        both = ids[plan.all_pairs.table.bodies]
+        one, other = (
+            np.full(both.shape, side is None) if side is None else np.isin(both, list(side))
+            for side in (self.of, self.to)
+        )
+        found = one & other[:, ::-1]
+        return found[:, 0] | found[:, 1]
 
 
 class CheckerState(NamedTuple):
@@ -38,6 +69,8 @@ class CheckerState(NamedTuple):
     """``(p, 2)``: the bodies of A's and B's geometries, for all of the plan's pairs."""
     body_of: NDArray[np.int64]
     """The same for those that are checked."""
+    geometry_paddings: tuple[GeometryPadding, ...] = ()
+    """What overrules the bodies' paddings; later ones overrule earlier ones."""
 
     def with_matrices(self, matrices: BodyMatrices) -> CheckerState:
         """Return the state with other paddings and filters."""
@@ -46,7 +79,10 @@ class CheckerState(NamedTuple):
         # What the scene filters of some geometries of a body only stays filtered.
         is_opened = self.nominal.filtered[a, b] == FILTERED
         checked = (matrices.filtered[a, b] == CHECKED) & (every.allowed | is_opened)
-        plan = self.plan.with_pairs(checked, matrices.padding[a, b])
+        paddings = matrices.padding[a, b]
+        for each in self.geometry_paddings:
+            paddings[each.of_pairs(self.plan)] = each.padding
+        plan = self.plan.with_pairs(checked, paddings)
         return self._replace(matrices=matrices, plan=plan, body_of=self.bodies_of_all[checked])
 
     def padded(self, environment: float | None, own: float | None) -> CheckerState:
@@ -61,6 +97,10 @@ class CheckerState(NamedTuple):
         if own is not None:
             matrices = matrices.with_robot_padding(finite_number("self_collision_padding", own))
         return self.with_matrices(matrices)
+
+    def with_geometry_paddings(self, paddings: Iterable[GeometryPadding]) -> CheckerState:
+        """Return the state with just these paddings of pairs of geometries."""
+        return self._replace(geometry_paddings=tuple(paddings)).with_matrices(self.matrices)
 
     def with_added(self, added: Iterable[AddedShape]) -> CheckerState:
         """Return the state with just these shapes added to its scene."""

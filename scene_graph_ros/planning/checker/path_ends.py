@@ -77,9 +77,14 @@ def _collision(checker: SceneGraphCollisionChecker, q: NDArray[np.float64]) -> s
     deepest = int(np.argmin(clearance.distances))
     names = pair_words(checker, clearance.pairs[deepest])
     depth = f"{-1e3 * clearance.distances[deepest]:.4g} mm"
-    is_padded = bool(checker.plan.pairs.paddings.any())
-    what = f"are {depth} nearer than their padding" if is_padded else f"overlap by {depth}"
-    return f"collides: {names} {what}"
+    pair = checker.plan.pair_of(*(int(each) for each in clearance.pairs[deepest]))
+    padding = 0.0 if pair is None else float(checker.plan.pairs.paddings[pair])
+    if padding == 0.0:
+        return f"collides: {names} overlap by {depth}"
+    return (
+        f"collides: {names} are {depth} nearer than their padding of {1e3 * padding:.4g} mm;"
+        " set_padding gives such a pair one of its own"
+    )
 
 
 def pair_words(checker: SceneGraphCollisionChecker, pair: tuple[Any, Any]) -> str:

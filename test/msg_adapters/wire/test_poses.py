@@ -317,3 +317,12 @@ def test_learning_has_the_middleware_print_nothing(pose_type, capfd):
                 message.position = rng.normal(size=count).tolist()
             taught(pose_type, message)
     assert capfd.readouterr().err == ""
+
+
+@pytest.mark.parametrize("names", [1, 2, 3, 7])
+@pytest.mark.parametrize("positions", [1, 2, 3, 7, 8])
+def test_learning_positions_without_names_prints_nothing(capfd, names, positions):
+    """Joint states with more or fewer positions than names, which somebody sends twice."""
+    message = JointState(name=[f"joint_{i}" for i in range(names)], position=[0.5] * positions)
+    taught("sensor_msgs/msg/JointState", message, message)
+    assert capfd.readouterr().err == ""

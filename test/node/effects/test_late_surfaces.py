@@ -11,6 +11,7 @@ from rclpy.serialization import deserialize_message
 from scene_graph_msgs.msg import ContactArray
 from scene_graph_ros.node.effects.contact_surfaces import ContactSurfaces
 from scene_graph_ros.node.effects.manager import Effects
+from scene_graph_ros.node.world.handles import Handle
 from scene_graph_ros.node.world.scene import SourceRecord
 from scene_graph_ros.node.world.world import World
 from scene_graph_ros.scene_files import load_scene_text
@@ -138,7 +139,8 @@ def test_points_go_out_without_surfaces_that_are_late(may_be_found):
     def load(edit):
         loaded = load_scene_text(SCENE).apply(edit.scene_graph)
         source = loaded.sources["s"]
-        edit.records["s"] = SourceRecord(source.source_id, "s", 1)
+        edit.records["s"] = SourceRecord(source.source_id, "s")
+        edit.handles["s"] = Handle(1)
         edit.initial_poses.update(source.initial_poses)
 
     world.edit(load)

@@ -43,8 +43,8 @@ def world(tmp_path):
 
 def edit(world, name: str, **fields: Any) -> Any:
     """Return what an edit's service answers."""
-    record = world.records["around"]
-    fields.setdefault("source", SourceHandle(name="around", token=record.token))
+    handle = world.handles["around"]
+    fields.setdefault("source", SourceHandle(name="around", token=handle.token))
     service = getattr(srv, name)
     response = service.Response()
     request = service.Request(**fields)
@@ -175,7 +175,7 @@ def test_requests_that_make_no_sense_change_nothing(world):
     for error, words, fields in (
         (
             UnknownIdError,
-            "link: no robot has a link with geometry 'bal'; did you",
+            "link: no robot has a link 'bal'; did you",
             {"link": "bal"},
         ),
         (UnknownIdError, "touch_links: no robot has .* 'x'", {"touch_links": ["x"]}),
@@ -189,7 +189,7 @@ def test_requests_that_make_no_sense_change_nothing(world):
     ):
         with pytest.raises(error, match=words):
             attach(world, **fields)
-    own = world.records["slide"]
+    own = world.handles["slide"]
     handle = SourceHandle(name="slide", token=own.token)
     with pytest.raises(MessageError, match="frame: 'ball' is a robot's own"):
         attach(world, source=handle, frame="ball")

@@ -43,7 +43,7 @@ def soft():
         q=q,
         intake=intake,
         warnings=warnings,
-        channel=ConfigurationChannel(SourceRecord(sources["a"], "a", 1), intake, "world"),
+        channel=ConfigurationChannel(SourceRecord(sources["a"], "a"), intake, "world"),
     )
 
 

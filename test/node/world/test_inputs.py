@@ -61,7 +61,7 @@ class Source:
     def __init__(self):
         self.warnings = []
         self.intake = Intake("arm", self.warnings.append)
-        self.channel = PoseChannel(SourceRecord(1, "arm", 1), self.intake, MultiDOFJointState)
+        self.channel = PoseChannel(SourceRecord(1, "arm"), self.intake, MultiDOFJointState)
         count = len(NAMES)
         self.frames = SourceFrames(
             source="arm",

@@ -186,12 +186,12 @@ def test_an_edit_that_fails_leaves_no_trace(world):
 def test_ownership_is_proven_by_the_token(world):
     """The right token opens, a wrong one and a wrong name don't."""
     record = world.records["arm"]
-    result, _ = world.edit(lambda edit: edit.owner("arm", record.token))
+    result, _ = world.edit(lambda edit: edit.owner("arm", world.handles["arm"].token))
     assert result == record
     with pytest.raises(OwnershipError):
-        world.edit(lambda edit: edit.owner("arm", record.token ^ 1))
+        world.edit(lambda edit: edit.owner("arm", world.handles["arm"].token ^ 1))
     with pytest.raises(UnknownIdError):
-        world.edit(lambda edit: edit.owner("leg", record.token))
+        world.edit(lambda edit: edit.owner("leg", world.handles["arm"].token))
 
 
 def test_frames_keep_their_poses_when_the_scene_changes(world):

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from scene_graph_ros.geometry import GeometryFrame, GeometryInstance, ProximityProperties, Sphere
-from scene_graph_ros.node.world.world import new_token, World
+from scene_graph_ros.node.world.handles import new_token
+from scene_graph_ros.node.world.world import World
 
 DEADLINE = 60.0
 """Seconds after which a test gives up: far more than anything takes on a busy machine."""

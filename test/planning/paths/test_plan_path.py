@@ -329,7 +329,10 @@ def test_starts_and_goals_that_collide_say_what_with(tmp_path):
     assert plan.reason == f"the goal collides: {names} overlap by 25 mm"
     padded = SceneGraphCollisionChecker(robot, env_collision_padding=0.05)
     plan = plan_path(padded, [0.69], [0.0])
-    assert plan.reason == f"the start collides: {names} are 40 mm nearer than their padding"
+    assert plan.reason == (
+        f"the start collides: {names} are 40 mm nearer than their padding of 50 mm;"
+        " set_padding gives such a pair one of its own"
+    )
     near = plan_path(checker, [0.7 - 1e-6], [0.0])
     assert near.failure is PlanFailure.START_COLLIDES
     assert near.reason == f"the start is too near to a collision: {names} keep less than 0.02 mm"

@@ -16,6 +16,7 @@ from scene_graph_msgs.msg import GeometryReference, SourceHandle, WhatIf
 import scene_graph_msgs.srv
 from scene_graph_ros.geometry import SceneGraph
 from scene_graph_ros.node.world.edits import EDITS
+from scene_graph_ros.node.world.handles import Handle
 from scene_graph_ros.node.world.world import World
 from scene_graph_ros.scene_files import load_scene_text, Scene
 
@@ -72,7 +73,7 @@ def new_world() -> World:
 
     def own(edit: Any) -> None:
         records = edit.records
-        records["arm"] = dataclasses.replace(records["arm"], token=TOKEN)
+        edit.handles["arm"] = Handle(TOKEN)
         records["slide"] = dataclasses.replace(records["slide"], robot=robot)
         edit.add_cameras(loaded.cameras)
 

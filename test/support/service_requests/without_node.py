@@ -29,6 +29,7 @@ LIMITS = {
     "max_points_per_request": 1000,
     "max_pixels_per_request": 1000,
     "max_planning_time": 0.05,
+    "plan_from_unreported": True,
 }
 KEPT = "kept: {A: [[1, 0, 0], [0, 1, 0], [0, 0, 1], [-1, -1, -1]], b: [9, 9, 9, -26]}"
 
