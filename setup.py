@@ -28,6 +28,7 @@ setup(
     packages=find_packages(include=[NAME, f"{NAME}.*", "msg_adapters", "msg_adapters.*"]),
     package_data={
         NAME: ["py.typed"],
+        "msg_adapters": ["py.typed"],
         f"{NAME}.node": ["*.xml"],
         f"{NAME}.views.browser": ["page/*"],
     },
@@ -59,6 +60,7 @@ setup(
         "mixed-integer": ["pyscipopt"],
         "ompl": ["ompl"],
         "optimal-control": ["casadi"],
+        "pandas": ["pandas"],
         "recording": ["rosbags"],
         "ruckig": ["ruckig"],
         "scs": ["scs"],

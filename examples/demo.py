@@ -30,7 +30,7 @@ def parse_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seconds", type=float, default=10.0, help="how long to run")
     parser.add_argument("--rate", type=float, default=100.0, help="pose messages per second")
-    parser.add_argument("--output", type=Path, default=ROOT / "demo.png", help="the picture")
+    parser.add_argument("--output", type=Path, default=Path("demo.png"), help="the picture")
     parser.add_argument("--no-picture", action="store_true", help="only print what happened")
     parser.add_argument(
         "--scene",
@@ -87,7 +87,7 @@ def main() -> int:
     isolate()
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     started = time.monotonic()
-    from demo_monitor import Monitor, summary  # after the environment is set: it starts DDS
+    from common.demo_monitor import Monitor, summary  # after the environment is set: it starts DDS
 
     python = sys.executable
     commands = {
@@ -122,7 +122,7 @@ def main() -> int:
     for name, code in failed.items():
         print(f"{name} ended with exit code {code}")
     if not arguments.no_picture:
-        from picture import Camera, draw_scene
+        from common.picture import Camera, draw_scene
 
         print("Drawing the moment with the most contacts ...", flush=True)
         camera = Camera(eye=(2.45, -1.55, 1.75), target=(0.25, 0.2, 0.62))
@@ -130,7 +130,7 @@ def main() -> int:
         draw_scene(arguments.output, markers, contacts.points, camera)
         print(f"Picture: {arguments.output}")
         if monitor.camera.best is not None:
-            from camera_images import draw_view
+            from common.camera_images import draw_view
 
             seen = arguments.output.with_stem(f"{arguments.output.stem}_camera")
             draw_view(seen, monitor.camera.best)

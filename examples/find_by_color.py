@@ -14,9 +14,9 @@ import sys
 import time
 from typing import Any
 
-from camera_images import pixels_of
+from common.camera_images import pixels_of
+from common.names_of_geometry import paths_of
 from geometry_msgs.msg import PoseStamped
-from names_of_geometry import paths_of
 import numpy as np
 import rclpy
 from rclpy.node import Node

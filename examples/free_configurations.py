@@ -119,7 +119,7 @@ def main() -> None:
     arguments = parser.parse_args()
     checker = make_checker()
     tree = checker.model.tree
-    points = np.random.default_rng(4).uniform(tree.lower, tree.upper, (80, 2))
+    points = tree.sample(np.random.default_rng(4), 80)
     points = points[checker.check_configs_collision_free(points)][:40]
     graph = visibility_graph(checker, points)
     solver = MaxCliqueSolverViaBranchAndBound()

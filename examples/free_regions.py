@@ -16,9 +16,9 @@ from pathlib import Path
 import sys
 import time
 
+from common.picture import Camera, trace
 from geometry_msgs.msg import Point, Quaternion, Vector3
 import numpy as np
-from picture import Camera, trace
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker
 
@@ -66,8 +66,8 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
         metavar=("X", "Y", "Z"),
         help="where a region begins, in metres; may be given several times",
     )
-    parser.add_argument("--output", type=Path, default=ROOT / "free_regions.png")
-    parser.add_argument("--regions", type=Path, default=ROOT / "free_regions.yaml")
+    parser.add_argument("--output", type=Path, default=Path("free_regions.png"))
+    parser.add_argument("--regions", type=Path, default=Path("free_regions.yaml"))
     parser.add_argument("--width", type=int, default=CAMERA.width, help="of the picture, pixels")
     parser.add_argument("--no-picture", action="store_true", help="only grow and keep them")
     return parser.parse_args(arguments)

@@ -167,8 +167,8 @@ def run(robot: Tiago, text: str) -> int:
 
 def draw(robot: Tiago, path: Path) -> None:
     """Write the room, with the camera's image in a corner of it."""
-    from camera_images import pixels_of
-    from picture import Camera, trace
+    from common.camera_images import pixels_of
+    from common.picture import Camera, trace
     from PIL import Image
 
     camera = Camera(eye=(0.2, -3.6, 2.2), target=(1.7, 0.0, 0.7))

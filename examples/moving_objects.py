@@ -13,10 +13,10 @@ from collections.abc import Callable
 import math
 from typing import Any
 
+from common.until_stopped import repeat, spin_until, stopped_by_signals
 from geometry_msgs.msg import Pose, Transform
 from rclpy.node import Node
 from sensor_msgs.msg import MultiDOFJointState
-from until_stopped import repeat, spin_until, stopped_by_signals
 
 from scene_graph_msgs.srv import DescribeScene
 

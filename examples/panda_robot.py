@@ -12,9 +12,9 @@ import argparse
 from bisect import bisect_right
 from itertools import accumulate
 
+from common.until_stopped import repeat, stopped_by_signals
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
-from until_stopped import repeat, stopped_by_signals
 
 ARM = [f"panda_joint{i}" for i in range(1, 8)]
 FINGERS = ["panda_finger_joint1", "panda_finger_joint2"]

@@ -106,9 +106,9 @@ def draw(
 
     ``ends`` are those of the pieces on the path, and when the robot is there, s.
     """
-    from picture import Camera
+    from common.picture import Camera
+    from common.plan_picture import trace_robot
     from PIL import Image, ImageDraw
-    from plan_picture import trace_robot
 
     camera = Camera(
         eye=(2.1, -1.5, 1.75),

@@ -20,11 +20,11 @@ from pathlib import Path
 import sys
 import time
 
+from common.picture import Camera, trace
 from free_regions import ROOM, scene_markers, scene_of
 from geometry_msgs import msg
 from geometry_msgs.msg import Quaternion, Vector3
 import numpy as np
-from picture import Camera, trace
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker
 
@@ -86,7 +86,7 @@ def options_of_a_way(description: str | None, picture: str) -> argparse.Argument
     parser.add_argument(
         "--sample", action="append", help="where a region begins, besides both ends", **place
     )
-    parser.add_argument("--output", type=Path, default=ROOT / picture)
+    parser.add_argument("--output", type=Path, default=Path(picture))
     parser.add_argument("--width", type=int, default=CAMERA.width, help="of the picture, pixels")
     parser.add_argument("--no-picture", action="store_true", help="only find the way")
     return parser

@@ -44,7 +44,7 @@ def parse_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seed", type=int, default=0, help="which of many paths")
     parser.add_argument("--timeout", type=float, default=30.0, help="seconds to look for one")
-    parser.add_argument("--output", type=Path, default=ROOT / "plan.png", help="the picture")
+    parser.add_argument("--output", type=Path, default=Path("plan.png"), help="the picture")
     parser.add_argument("--grasp", action="store_true", help="have the hand hold a box")
     parser.add_argument("--no-picture", action="store_true", help="only print what was found")
     return parser.parse_args()
@@ -109,7 +109,7 @@ def main() -> int:
     np.set_printoptions(precision=2, suppress=True)
     print(plan.configurations)
     if not arguments.no_picture:
-        from plan_picture import draw_plan
+        from common.plan_picture import draw_plan
 
         draw_plan(arguments.output, checker, plan.configurations)
         print(f"Picture: {arguments.output}")

@@ -23,8 +23,8 @@ from demo import isolate, processes
 from plan_around_shelf import DEPTH, GOAL, GRASPED, HAND, SCENE, START
 
 if TYPE_CHECKING:
-    from plan_frames import Frames
-    from world_planner import WorldPlanner
+    from common.plan_frames import Frames
+    from common.world_planner import WorldPlanner
 
 JOINTS = [*(f"panda_joint{i}" for i in range(1, 8)), "panda_finger_joint1"]
 FINGERS = ("panda_leftfinger", "panda_rightfinger")
@@ -136,8 +136,8 @@ def main() -> int:
     arguments = parse_arguments()
     make_ready("planning")
     isolate()
-    from plan_frames import Frames  # after the environment is set: these start DDS
-    from world_planner import WorldPlanner
+    from common.plan_frames import Frames  # after the environment is set: these start DDS
+    from common.world_planner import WorldPlanner
 
     node = [
         *(sys.executable, "-m", "scene_graph_ros.node", "--ros-args"),

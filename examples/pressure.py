@@ -27,7 +27,7 @@ def parse_arguments() -> argparse.Namespace:
         help="how hard to squeeze, one after the other",
     )  # fmt: skip
     parser.add_argument("--rate", type=float, default=100.0, help="pose messages per second")
-    parser.add_argument("--output", type=Path, default=ROOT / "pressure.png", help="the picture")
+    parser.add_argument("--output", type=Path, default=Path("pressure.png"), help="the picture")
     parser.add_argument("--no-picture", action="store_true", help="only print what happened")
     return parser.parse_args()
 
@@ -38,8 +38,8 @@ def main() -> int:
     isolate()
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     started = time.monotonic()
-    from gripper import Gripper  # after the environment is set: it starts DDS
-    from pressure_picture import draw_pressure, Patch, summary
+    from common.gripper import Gripper  # after the environment is set: it starts DDS
+    from common.pressure_picture import draw_pressure, Patch, summary
 
     scene = ROOT / "config" / "scenes" / "gripper.yaml"
     command = [

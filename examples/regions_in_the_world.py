@@ -23,8 +23,8 @@ from plan_around_shelf import SCENE
 from plan_in_the_world import JOINTS, make_ready
 
 if TYPE_CHECKING:
-    from plan_frames import Frames
-    from world_planner import WorldPlanner
+    from common.plan_frames import Frames
+    from common.world_planner import WorldPlanner
 
 
 def request(start: tuple[float, ...], goal: tuple[float, ...], regions: str) -> Any:
@@ -83,9 +83,9 @@ def main() -> int:
     arguments = parser.parse_args()
     make_ready("planning", "convex")
     isolate()
-    from picture import Camera
-    from plan_frames import Frames  # after the environment is set: these start DDS
-    from world_planner import WorldPlanner
+    from common.picture import Camera
+    from common.plan_frames import Frames  # after the environment is set: these start DDS
+    from common.world_planner import WorldPlanner
 
     node = [
         *(sys.executable, "-m", "scene_graph_ros.node", "--ros-args"),

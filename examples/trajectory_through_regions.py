@@ -20,6 +20,7 @@ import itertools
 import sys
 import time
 
+from common.picture import trace
 from free_regions import ROOM, scene_markers, scene_of
 import numpy as np
 from path_through_regions import (
@@ -33,7 +34,6 @@ from path_through_regions import (
     sphere,
     THICK,
 )
-from picture import trace
 from visualization_msgs.msg import Marker
 
 from scene_graph_ros.geometry import QueryObject

@@ -219,7 +219,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         off = np.linalg.norm(found - meant, axis=1)
         print(f"{name} zero-moment point: {1e3 * off.max():.1f} mm from the desired at most")
     if not options.no_picture:
-        from walk_picture import draw
+        from common.walk_picture import draw
 
         draw(options.output, body, walk, (times, q), (com.value(times), pendulum, whole))
         print(f"Picture: {options.output}")

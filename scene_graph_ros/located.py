@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import difflib
 
 from scene_graph_ros.geometry.errors import SceneGraphError
+from scene_graph_ros.geometry.one_line import one_line
 
 __all__ = ["Location", "SceneFileError", "suggestion"]
 
@@ -14,6 +15,7 @@ _LONGEST_LIST = 1000
 """Names. Among more of them a search for the nearest takes seconds."""
 
 
+@one_line()
 @dataclass(frozen=True)
 class Location:
     """A place in a file.

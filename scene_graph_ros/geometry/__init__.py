@@ -7,7 +7,7 @@ answers how near, how deep and in contact with what. Conventions are in ``docs/c
 import importlib
 from typing import Any, TYPE_CHECKING
 
-from scene_graph_ros.geometry.compiled.readiness import warn_of_compilation
+from scene_graph_ros.geometry.compile_progress import show_compilation
 from scene_graph_ros.geometry.meshes.surface_mesh import read_obj_to_surface_mesh, SurfaceMesh
 from scene_graph_ros.geometry.model.collision_filter import (
     CollisionFilterDeclaration,
@@ -25,6 +25,7 @@ from scene_graph_ros.geometry.model.geometry_set import GeometrySet
 from scene_graph_ros.geometry.model.ids import FilterId, FrameId, GeometryId, SourceId
 from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
 from scene_graph_ros.geometry.model.instance import GeometryInstance
+from scene_graph_ros.geometry.model.paths import GeometryPair
 from scene_graph_ros.geometry.model.properties import (
     IllustrationProperties,
     make_phong_illustration_properties,
@@ -86,6 +87,7 @@ __all__ = [
     "GeometryFrame",
     "GeometryId",
     "GeometryInstance",
+    "GeometryPair",
     "GeometrySet",
     "HalfSpace",
     "IllustrationProperties",
@@ -128,7 +130,7 @@ what they are about. ``import *`` leaves them out, since it would import all of 
 
 # The model makes query objects, and they are above it.
 SceneGraph.provide_queries(QueryObject)
-warn_of_compilation()
+show_compilation()
 
 
 def __getattr__(name: str) -> Any:
@@ -136,3 +138,7 @@ def __getattr__(name: str) -> Any:
     if name not in _ON_DEMAND:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(importlib.import_module(f"{__name__}.{_ON_DEMAND[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return [*globals(), *_ON_DEMAND]

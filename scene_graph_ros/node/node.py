@@ -38,6 +38,9 @@ class SceneGraphNode(GuardedNode):
         if self.server.parameter("autostart"):
             self._start_by_itself()
 
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.get_fully_qualified_name()!r})"
+
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Load the scene and offer the services."""
         return self._transition("configure", self.server.configure)

@@ -363,3 +363,7 @@ def __getattr__(name: str) -> Any:
     value = getattr(importlib.import_module(f"scene_graph_ros.{_MODULE_OF[name]}"), name)
     globals()[name] = value
     return value
+
+
+def __dir__() -> list[str]:
+    return [*globals(), *__all__]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.robots.kinematic_tree import KinematicTree
 from scene_graph_ros.robots.robot_parts import RobotParts
 from scene_graph_ros.robots.tree_joint import KinematicTreeError
@@ -14,6 +15,7 @@ from scene_graph_ros.robots.tree_joint import KinematicTreeError
 __all__ = ["TreeInertias", "tree_inertias"]
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class TreeInertias:
     """What each link of a tree weighs, and what each joint moves. Links that say nothing: nothing.

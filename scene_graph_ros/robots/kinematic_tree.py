@@ -14,10 +14,12 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.geometry.spatial.poses import as_pose
 from scene_graph_ros.robots.joint_chains import joint_chains, JointChains
+from scene_graph_ros.robots.sampling import sample
 from scene_graph_ros.robots.tree_joint import KinematicTreeError, PARTS, TreeJoint
 from scene_graph_ros.robots.tree_kernels import (
     FLOATING,
@@ -33,6 +35,7 @@ from scene_graph_ros.robots.tree_layout import TreeLayout
 __all__ = ["KinematicTree"]
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class KinematicTree(TreeLayout):
     """The joints that move a robot's links, parents before children, and where the links are.
@@ -148,6 +151,16 @@ class KinematicTree(TreeLayout):
             turned = weights[0] * a + weights[1] * b
             result[start : start + 4] = turned / np.linalg.norm(turned)
         return result
+
+    def sample(self, rng: np.random.Generator, n: int) -> NDArray[np.float64]:
+        """Return n configurations ``(n, nq)`` drawn evenly from within the limits.
+
+        Joints that turn without limits have positions in [-pi, pi), quaternions are drawn evenly
+        among all rotations, with length 1 (Shoemake, *Uniform Random Rotations*, 1992). A position
+        with one limit only, or a place without, has no even distribution: KinematicTreeError names
+        it, and the remedy. The same state of ``rng`` gives the same configurations.
+        """
+        return sample(self, rng, n)
 
     @cached_property
     def chains(self) -> JointChains:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.errors import SceneGraphError
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.geometry.spatial.poses import as_pose, quaternions_from_poses
 from scene_graph_ros.geometry.tolerances import ROTATION_DEFECT
@@ -49,6 +50,7 @@ class KinematicState(NamedTuple):
     X_PB: NDArray[np.float64]
 
 
+@one_line("robot", "position_names")
 class Kinematics:
     """Forward kinematics of one robot, with a memory of the last position of each joint.
 

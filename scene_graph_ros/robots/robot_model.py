@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.robots.robot_parts import Joint, JointType, Pose, RobotParts
 
 if TYPE_CHECKING:
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 __all__ = ["RobotModel"]
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class RobotModel(RobotParts):
     """A robot: a tree of links; parents come before their children in ``joints``."""

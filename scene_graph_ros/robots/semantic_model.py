@@ -9,6 +9,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.tolerances import ROTATION_DEFECT
 from scene_graph_ros.located import Location, SceneFileError
 
@@ -59,6 +60,7 @@ class VirtualJoint:
         )
 
 
+@one_line()
 @dataclass(frozen=True)
 class SemanticModel:
     """What an SRDF says about collisions, postures and groups of joints of one robot."""

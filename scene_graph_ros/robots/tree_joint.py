@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.errors import SceneGraphError
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.robots.tree_kernels import FLOATING, PLANAR, PRISMATIC, REVOLUTE
 
 __all__ = ["PARTS", "KinematicTreeError", "TreeJoint"]
@@ -25,6 +26,7 @@ class KinematicTreeError(SceneGraphError, ValueError):
     """Configurations, links or names that do not fit a tree."""
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class TreeJoint:
     """A joint that moves. It turns about, or slides along, the z axis of its frame J.

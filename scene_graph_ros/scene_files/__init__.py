@@ -23,6 +23,8 @@ if TYPE_CHECKING:
         UnknownPackageError,
     )
     from scene_graph_ros.scene_files.robot_trees import load_kinematic_tree
+    from scene_graph_ros.scene_files.save_scene import save_scene
+    from scene_graph_ros.scene_files.saved_values import SceneSaveError
     from scene_graph_ros.scene_files.scene import load_scene, load_scene_text, Scene
     from scene_graph_ros.scene_files.schema import json_schema
     from scene_graph_ros.scene_files.srdf import load_srdf
@@ -38,6 +40,7 @@ __all__ = [
     "RobotModel",
     "Scene",
     "SceneFileError",
+    "SceneSaveError",
     "SemanticModel",
     "UnknownPackageError",
     "find_package",
@@ -49,6 +52,7 @@ __all__ = [
     "load_urdf",
     "register_robot",
     "resolve_resource",
+    "save_scene",
 ]
 
 _MODULES = {
@@ -63,6 +67,8 @@ _MODULES = {
     f"{__name__}.loaded_scene": ("LoadedRobot", "LoadedScene", "LoadedSource"),
     f"{__name__}.packages": ("UnknownPackageError", "find_package", "resolve_resource"),
     f"{__name__}.robot_trees": ("load_kinematic_tree",),
+    f"{__name__}.save_scene": ("save_scene",),
+    f"{__name__}.saved_values": ("SceneSaveError",),
     f"{__name__}.scene": ("Scene", "load_scene", "load_scene_text"),
     f"{__name__}.schema": ("json_schema",),
     f"{__name__}.srdf": ("load_srdf",),
@@ -82,3 +88,7 @@ def __getattr__(name: str) -> Any:
     value = getattr(module, name)
     globals()[name] = value
     return value
+
+
+def __dir__() -> list[str]:
+    return [*globals(), *__all__]

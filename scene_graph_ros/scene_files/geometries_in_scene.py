@@ -22,6 +22,7 @@ from scene_graph_ros.scene_files.loaded_scene import LoadedSource
 from scene_graph_ros.scene_files.schema import DeformableSpec, FrameSpec
 
 if TYPE_CHECKING:
+    from scene_graph_ros.geometry.meshes.volume_mesh import VolumeMesh
     from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
 
 __all__ = ["add_frames", "add_geometries"]
@@ -122,9 +123,21 @@ def _add_deformable(
     world = to.scene_graph.model_inspector().world_frame_id()
     try:
         return to.scene_graph.register_deformable_geometry(
-            source.source_id, world, instance, spec.resolution_hint
+            source.source_id,
+            world,
+            instance,
+            spec.resolution_hint,
+            reference_mesh=None if spec.mesh is None else _tetrahedra(to, spec.mesh, index),
         )
     except SceneGraphError as error:
         is_name = isinstance(error, NameConflictError)
         place = "name" if is_name else "deformable"
         raise to.scene.document.error(str(error), "geometries", index, place) from error
+
+
+def _tetrahedra(to: Application, address: str, index: int) -> VolumeMesh:
+    """Return the mesh of a file; raises SceneFileError with the place of a missing one."""
+    from scene_graph_ros.geometry.meshes.volume_io import load_volume_mesh
+
+    with to.located("geometries", index, "deformable", "mesh"):
+        return load_volume_mesh(to.resolve(address))

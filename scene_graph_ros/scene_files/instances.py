@@ -32,7 +32,11 @@ from scene_graph_ros.geometry.model.hydroelastic_properties import (
     read_hydroelastic_properties,
 )
 from scene_graph_ros.geometry.model.properties import GeometryProperties
-from scene_graph_ros.geometry.spatial.poses import pose_from_xyz_rpy, poses_from_quaternions
+from scene_graph_ros.geometry.spatial.poses import (
+    as_pose,
+    pose_from_xyz_rpy,
+    poses_from_quaternions,
+)
 from scene_graph_ros.scene_files.schema import GeometrySpec, PoseSpec
 from scene_graph_ros.scene_files.schema_shapes import (
     BoxSpec,
@@ -68,7 +72,12 @@ _PROPERTIES: dict[str, type[GeometryProperties]] = {
 
 
 def pose_from_spec(spec: PoseSpec, name: str) -> NDArray[np.float64]:
-    """Return the pose ``(4, 4)``. Raises InvalidPoseError for a quaternion that is no unit."""
+    """Return the pose ``(4, 4)``.
+
+    Raises InvalidPoseError for a quaternion that is no unit, and a matrix that is not rigid.
+    """
+    if spec.matrix is not None:
+        return as_pose(np.array([*spec.matrix[:3], [0.0, 0.0, 0.0, 1.0]]), name)
     if spec.quaternion is not None:
         return poses_from_quaternions([spec.xyz], [spec.quaternion], name)[0]
     return pose_from_xyz_rpy(np.array(spec.xyz), np.array(spec.rpy or [0.0, 0.0, 0.0]))

@@ -10,6 +10,7 @@ from typing import Any, TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.robots.kinematics import Kinematics
 from scene_graph_ros.robots.robot_model import RobotModel
 from scene_graph_ros.robots.robot_parts import JointType, Pose
@@ -39,6 +40,7 @@ class MovingBase:
     interpolates: bool = True
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class LoadedRobot:
     """A registered robot."""
@@ -95,6 +97,7 @@ class LoadedRobot:
         return dict(zip(self.link_frames.values(), X_WL, strict=True))
 
 
+@one_line()
 @dataclass(eq=False)
 class LoadedSource:
     """A registered source and where its poses come from."""
@@ -122,6 +125,7 @@ class LoadedSource:
     """Whether the first who asks for the source gets its handle."""
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class LoadedScene:
     """A scene in a scene graph."""

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from pydantic import ValidationError
 
 from scene_graph_ros.geometry.files import MAX_TEXT_BYTES, Reach, read_limited
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.located import SceneFileError
 from scene_graph_ros.scene_files.checks import problems_of
 from scene_graph_ros.scene_files.packages import Packages, resolve_resource, SCENE_ENDINGS
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 __all__ = ["Scene", "load_scene", "load_scene_text"]
 
 
+@one_line()
 @dataclass(frozen=True)
 class Scene(SceneFile):
     """A scene file that was read and checked; robots and meshes are read when it is applied."""

@@ -40,6 +40,7 @@ __all__ = [
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Coordinate = Annotated[Number, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE)]
+Row = Annotated[list[Number], Field(min_length=4, max_length=4)]
 Channel = Annotated[Number, Field(ge=0.0, le=1.0)]
 Name = Annotated[
     str, StringConstraints(strict=True, strip_whitespace=True, min_length=1, pattern=r"^[^/]*$")
@@ -92,7 +93,10 @@ class _Spec(BaseModel):
 
 
 class PoseSpec(_Spec):
-    """A pose: position and rotation, the latter as fixed-axis angles or as a quaternion."""
+    """A pose: position and rotation, the latter as fixed-axis angles or as a quaternion.
+
+    Or a matrix, in which no digit is lost.
+    """
 
     xyz: Annotated[list[Coordinate], Field(min_length=3, max_length=3)] = [0.0, 0.0, 0.0]
     rpy: Annotated[list[Number], Field(min_length=3, max_length=3)] | None = Field(
@@ -102,8 +106,16 @@ class PoseSpec(_Spec):
         None, description="Unit quaternion in the order x, y, z, w."
     )
 
+    matrix: Annotated[list[Row], Field(min_length=3, max_length=4)] | None = Field(
+        None, description="The pose (4, 4) in place of all else; its last row may be left out."
+    )
+
     @model_validator(mode="after")
     def _one_rotation(self) -> PoseSpec:
+        if self.matrix is not None and self.model_fields_set & {"xyz", "rpy", "quaternion"}:
+            raise ValueError("give matrix, or xyz with rpy or quaternion, not both")
+        if self.matrix is not None and self.matrix[3:] not in ([], [[0.0, 0.0, 0.0, 1.0]]):
+            raise ValueError(f"the last row of matrix must be 0, 0, 0, 1, got {self.matrix[3]}")
         if self.rpy is not None and self.quaternion is not None:
             raise ValueError("give rpy or quaternion, not both")
         return self
@@ -167,6 +179,15 @@ class DeformableSpec(_Spec):
         description="Wanted edge length, metres; curved shapes need one. A mesh of tetrahedra "
         "(.vtk, .vtu) is taken as it is.",
     )
+    mesh: Text | None = Field(
+        None, description="A file of tetrahedra (.vtk, .vtu), the shape being only a description."
+    )
+
+    @model_validator(mode="after")
+    def _one_mesh(self) -> DeformableSpec:
+        if self.mesh is not None and self.resolution_hint is not None:
+            raise ValueError("give resolution_hint or mesh, not both")
+        return self
 
 
 class GeometrySpec(_Spec):

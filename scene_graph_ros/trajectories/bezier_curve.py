@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.trajectories.arguments import (
@@ -28,6 +29,7 @@ from scene_graph_ros.trajectories.errors import TrajectoryError
 __all__ = ["BezierCurve"]
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class BezierCurve:
     """A polynomial curve in n dimensions from ``start_time`` to ``end_time``, s.

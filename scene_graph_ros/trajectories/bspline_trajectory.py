@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.trajectories.arguments import (
     as_finite,
     as_numbers,
@@ -20,6 +21,7 @@ from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomia
 __all__ = ["BsplineTrajectory"]
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class BsplineTrajectory:
     """A B-spline curve in n dimensions.

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.trajectories.arguments import as_finite, as_times, is_same_time
 from scene_graph_ros.trajectories.bernstein import elevated
@@ -22,6 +23,7 @@ from scene_graph_ros.trajectories.trajectory import Trajectory
 __all__ = ["CompositeTrajectory"]
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class CompositeTrajectory:
     """``segments``, each of which begins when the one before it ends.

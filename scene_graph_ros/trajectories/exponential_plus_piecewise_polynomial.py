@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.trajectories.arguments import (
     as_finite,
     as_numbers,
@@ -24,6 +25,7 @@ _MAX_CONDITION = 1e10
 """Of eigenvectors: beyond, a matrix counts as one without a basis of them."""
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class ExponentialPlusPiecewisePolynomial:
     """A curve in n dimensions: on each of p segments k exponentials and a polynomial.

@@ -9,6 +9,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.geometry.reals import as_float
@@ -22,6 +23,7 @@ from scene_graph_ros.trajectories.polynomials_of import Polynomials, polynomials
 __all__ = ["LimitExcess", "MotionLimits", "find_excess", "worst_ratio"]
 
 
+@one_line()
 class LimitExcess(NamedTuple):
     """Where a trajectory is farthest beyond one of its limits."""
 
@@ -77,6 +79,7 @@ _LEAST, _MOST = 1e-12, 1e18
 """Of a limit: no robot has others, and what is worked out of them stays far from infinite."""
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class MotionLimits:
     """The largest velocities, accelerations and perhaps jerks ``(n,)`` of a trajectory's entries.

@@ -8,6 +8,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.trajectories.arguments import as_order
 from scene_graph_ros.trajectories.errors import TrajectoryError
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
@@ -18,6 +19,7 @@ _BEYOND = 1e-9
 """Of a path's length: what rounding may add to where its times lead."""
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class PathParameterizedTrajectory:
     """The trajectory ``path.value(time_scaling.value(t))``.

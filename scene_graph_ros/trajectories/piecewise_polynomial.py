@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.trajectories.arguments import (
     as_finite,
@@ -27,6 +28,7 @@ from scene_graph_ros.trajectories.errors import TrajectoryError
 __all__ = ["PiecewisePolynomial"]
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class PiecewisePolynomial:
     """A curve in n dimensions: a polynomial of one degree on each of p segments.

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.errors import SceneGraphError
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.trajectories.errors import TrajectoryError
@@ -26,6 +27,7 @@ class RetimingError(SceneGraphError, RuntimeError):
     """A retimer found no speeds along a path."""
 
 
+@one_line()
 class Retimer(ABC):
     """Finds a motion along a path within limits; whoever asks checks what it returns."""
 

@@ -7,9 +7,12 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scene_graph_ros.geometry.one_line import one_line
+
 __all__ = ["Trajectory"]
 
 
+@one_line("rows", "start_time", "end_time")
 @runtime_checkable
 class Trajectory(Protocol):
     """A curve in n dimensions from a start time to an end time, with derivatives of its kind."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.trajectories.arguments import as_order, as_times
 from scene_graph_ros.trajectories.errors import TrajectoryError
@@ -16,6 +17,7 @@ from scene_graph_ros.trajectories.trajectory import Trajectory
 __all__ = ["TrajectoryPoints"]
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class TrajectoryPoints:
     """Points that a trajectory passes, and what they say of it there.

@@ -11,6 +11,7 @@ import os
 import sys
 import threading
 
+from scene_graph_ros.geometry.compile_progress import leave_it_to_others
 from scene_graph_ros.geometry.compiled.kernel import kernel_count
 from scene_graph_ros.geometry.compiled.readiness import Compilations
 
@@ -41,6 +42,7 @@ def main() -> None:
     os.nice(int(sys.argv[2]))
     threading.Thread(target=_end_with_input, daemon=True).start()
     print(f"{COUNT}{_count(module)}", flush=True)  # noqa: T201
+    leave_it_to_others()
     Compilations(ended=lambda kernel: print(f"{COMPILED}{kernel}", flush=True))  # noqa: T201
     getattr(importlib.import_module(module), name)()
 

@@ -77,7 +77,7 @@ def test_an_object_is_found_by_its_colour(surroundings, tmp_path):
 def camera_images(monkeypatch):
     """Import the module of the examples that gathers images."""
     monkeypatch.syspath_prepend(str(ROOT / "examples"))
-    import camera_images
+    from common import camera_images
 
     return camera_images
 

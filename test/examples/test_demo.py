@@ -50,7 +50,7 @@ def _marker(kind: int, x: float, size: float) -> Marker:
 def picture(monkeypatch):
     """Import the drawing module of the examples."""
     monkeypatch.syspath_prepend(str(ROOT / "examples"))
-    import picture
+    from common import picture
 
     return picture
 
@@ -134,7 +134,7 @@ class Clocks:
 def turns(monkeypatch):
     """Return the system's times of the first turns of ``repeat``, some of which take longer."""
     monkeypatch.syspath_prepend(str(ROOT / "examples"))
-    import until_stopped
+    from common import until_stopped
 
     def run(rate, phase, *works):
         clocks, times = Clocks(50.0, 1000.003), []

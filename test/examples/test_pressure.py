@@ -36,7 +36,7 @@ def test_the_gripper_squeezes_until_it_feels_the_forces(surroundings):
 def pressure_picture(monkeypatch):
     """Import the drawing module of the example."""
     monkeypatch.syspath_prepend(str(ROOT / "examples"))
-    import pressure_picture
+    from common import pressure_picture
 
     return pressure_picture
 

@@ -13,6 +13,7 @@ import sysconfig
 from tools.bootstrap.progress import Setup, SetupError
 
 __all__ = [
+    "IMPORTABLE",
     "check_machine",
     "environment_variables",
     "install_locked",
@@ -22,6 +23,9 @@ __all__ = [
     "relocate_cmake_files",
     "site_packages",
 ]
+
+IMPORTABLE = ("scene_graph_ros", "msg_adapters")
+"""The checkout's packages that are imported by name; the messages are built and installed."""
 
 _VERSION = f"{sys.version_info.major}.{sys.version_info.minor}"
 _BUILD_MACHINE = re.compile(r"/opt/python/[^;\"<>$\s]*")
@@ -125,22 +129,31 @@ def environment_variables(venv: Path) -> dict[str, str]:
 def link_project(root: Path, venv: Path, *, with_ros: bool) -> None:
     """Make the checkout importable and findable, as `colcon build --symlink-install` would.
 
-    Any `.venv/bin/python` then finds everything without a `source` first: ROS's wheels look after
-    the library path, and the line written here after the ament index.
+    Only its packages are importable, by links: a checkout on ``sys.path`` has folders that are
+    called as modules of others, such as ``launch``. Any `.venv/bin/python` finds them without a
+    `source` first: ROS's wheels look after the library path, and the line written here after the
+    ament index.
     """
-    lines = [str(root)]
-    if with_ros:
-        lines.append("import os, sys; os.environ.setdefault('AMENT_PREFIX_PATH', sys.prefix)")
-    (site_packages(venv) / "scene_graph_ros.pth").write_text("\n".join(lines) + "\n")
+    installed = site_packages(venv)
+    for name in IMPORTABLE:
+        _link(installed / name, root / name)
+    start = installed / "scene_graph_ros.pth"
     if not with_ros:
+        start.unlink(missing_ok=True)
         return
+    index_line = "import os, sys; os.environ.setdefault('AMENT_PREFIX_PATH', sys.prefix)"
+    start.write_text(index_line + "\n")
     share = venv / "share" / "scene_graph_ros"
     share.mkdir(parents=True, exist_ok=True)
     for name in ("package.xml", "launch", "config"):
-        link = share / name
-        if not link.is_symlink() or link.readlink() != root / name:
-            link.unlink(missing_ok=True)
-            link.symlink_to(root / name)
+        _link(share / name, root / name)
     index = venv / "share" / "ament_index" / "resource_index" / "packages"
     index.mkdir(parents=True, exist_ok=True)
     (index / "scene_graph_ros").touch()
+
+
+def _link(link: Path, target: Path) -> None:
+    """Have a link lead to a file or folder, also where it led to another one."""
+    if not link.is_symlink() or link.readlink() != target:
+        link.unlink(missing_ok=True)
+        link.symlink_to(target)

@@ -13,6 +13,7 @@ PUBLIC = (
     "scene_graph_ros.geometry.meshes.volume_mesh",
     "scene_graph_ros.geometry.meshes.volume_io",
     "scene_graph_ros.geometry.model.collision_filter",
+    "scene_graph_ros.geometry.model.paths",
     "scene_graph_ros.geometry.model.render_label",
     "scene_graph_ros.geometry.perception",
     "scene_graph_ros.geometry.optimization",
@@ -20,6 +21,7 @@ PUBLIC = (
     "scene_graph_ros.scene_files",
     "scene_graph_ros.planning",
     "scene_graph_ros.planning.trajectories",
+    "scene_graph_ros.client",
     "scene_graph_ros.node.node",
 )
 """What users import; adapters of messages come in addition."""

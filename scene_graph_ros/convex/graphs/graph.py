@@ -27,6 +27,7 @@ from scene_graph_ros.convex.questions.arguments import (
     as_vector,
 )
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = ["GraphOfConvexSets"]
@@ -45,6 +46,7 @@ def _let_go(edge: Edge) -> None:
     edge.v._incoming.pop(edge.id, None)
 
 
+@one_line("num_vertices", "num_edges")
 class GraphOfConvexSets:
     """Vertices are convex sets, edges have costs and constraints of a point in each.
 

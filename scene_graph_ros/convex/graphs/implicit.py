@@ -16,11 +16,13 @@ from scene_graph_ros.convex.graphs.model.options import (
 )
 from scene_graph_ros.convex.graphs.search.forward_search import ForwardSearch
 from scene_graph_ros.convex.graphs.search.result import GraphOfConvexSetsResult
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = ["ImplicitGraphOfConvexSets"]
 
 
+@one_line("gcs")
 class ImplicitGraphOfConvexSets(abc.ABC):
     """A graph that says where one gets from a vertex when it is asked.
 

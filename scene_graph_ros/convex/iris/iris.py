@@ -30,6 +30,7 @@ from scene_graph_ros.convex.sets.affine_ball import AffineBall
 from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
 from scene_graph_ros.convex.sets.hyperellipsoid import Hyperellipsoid
 from scene_graph_ros.convex.sets.hyperrectangle import Hyperrectangle
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = ["IrisRegion", "Separation", "iris"]
@@ -41,6 +42,7 @@ _INWARD = 1e-12
 """Relative to the largest coordinate: how much further in than its obstacle each face is."""
 
 
+@one_line()
 @dataclass(frozen=True)
 class Separation:
     """Obstacle ``obstacle`` is beyond row ``row`` of the region."""
@@ -51,6 +53,7 @@ class Separation:
     """Weights of the row and of the obstacle's own rows that contradict each other."""
 
 
+@one_line()
 @dataclass(frozen=True)
 class IrisRegion:
     """A region, what shows that it is free, and how it came about."""

@@ -8,6 +8,7 @@ import math
 from typing import Any, TYPE_CHECKING
 
 from scene_graph_ros.convex.errors import ConvexSetError
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["IrisOptions"]
 
 
+@one_line()
 @dataclass(frozen=True, kw_only=True)
 class IrisOptions:
     """When growing ends, and what a region has to keep to.

@@ -20,6 +20,7 @@ from scene_graph_ros.convex.sets.hyperrectangle import Hyperrectangle
 from scene_graph_ros.geometry.broadphase.extents import extents_of
 from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.model.roles import Role
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.tolerances import EPSILON
@@ -30,6 +31,7 @@ _ROUNDING = 32.0 * EPSILON
 """Relative to the largest coordinate: what products of rows and points may be off by."""
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class RegionCut:
     """A geometry that reaches into a region, or may do so.
@@ -62,6 +64,7 @@ def find_region_cuts(
     return RegionTest(region).cuts(query, ignored=ignored, among=among)
 
 
+@one_line()
 class RegionTest:
     """A bounded region of the world, ready to be looked at in one snapshot after another."""
 

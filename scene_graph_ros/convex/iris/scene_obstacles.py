@@ -19,6 +19,7 @@ from scene_graph_ros.convex.sets.v_polytope import VPolytope
 from scene_graph_ros.geometry.meshes.sources import hull_of
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
 from scene_graph_ros.geometry.model.roles import Role
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.shapes.box import Box
@@ -32,6 +33,7 @@ from scene_graph_ros.geometry.shapes.sphere import Sphere
 __all__ = ["SceneObstacle", "make_iris_obstacles", "obstacle_of", "scene_obstacles"]
 
 
+@one_line()
 class SceneObstacle(NamedTuple):
     """A geometry with the proximity role, and a convex set that holds it."""
 

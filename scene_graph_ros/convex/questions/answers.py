@@ -7,9 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from scene_graph_ros.geometry.one_line import one_line
+
 __all__ = ["Projection", "Support", "gaps_of"]
 
 
+@one_line()
 class Support(NamedTuple):
     """How far a set reaches along a direction: ``value = max direction . x``, at ``point (n,)``.
 
@@ -22,6 +25,7 @@ class Support(NamedTuple):
     gap: float
 
 
+@one_line()
 class Projection(NamedTuple):
     """The nearest points ``(m, n)`` of a set, how far they are ``(m,)``, and the gaps ``(m,)``.
 

@@ -12,6 +12,7 @@ import numpy as np
 from scene_graph_ros.convex.solve.cones.lift import Lift, shared_point
 from scene_graph_ros.convex.solve.cutting.cones import holds, is_cut
 from scene_graph_ros.convex.solve.cutting.cutting import Cut, rows_with_cuts
+from scene_graph_ros.geometry.one_line import one_line
 
 __all__ = ["Certificate", "Decision", "ExactRows", "length_bound"]
 
@@ -21,6 +22,7 @@ _ZERO = Fraction(0)
 """Most entries of rows are 0: one for all."""
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class Certificate:
     """What shows an answer about the sets ``of``.
@@ -124,6 +126,7 @@ class Certificate:
         return is_positive and not any(rows.sums(self.exact)) and rows.rank() == rows.n
 
 
+@one_line()
 class Decision(NamedTuple):
     """An answer and what shows it: ``value, certificate``."""
 

@@ -29,6 +29,7 @@ from scene_graph_ros.convex.solve.cones.cone_program import (
 )
 from scene_graph_ros.convex.solve.cones.equilibration import equilibrated, widened_blocks
 from scene_graph_ros.convex.solve.cones.solver_choice import as_choice, SolverChoice
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = ["Cone", "ConicConstraint", "ConicProgram", "ConicSolution", "rows_of_program"]
@@ -40,6 +41,7 @@ _WIDENED = 1e-7
 """Relative to the size of a program: what has to be widened by more can't be fulfilled."""
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class ConicConstraint:
     """``matrix @ x[variables] + constant`` is in a cone.
@@ -82,6 +84,7 @@ class ConicConstraint:
         return _outside_exponential_cone(*rows.tolist())
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class ConicSolution:
     """The values of all variables at the least cost, or that no values fulfil the constraints.
@@ -118,6 +121,7 @@ class ConicSolution:
         return self.values[np.asarray(variables)]
 
 
+@one_line("num_variables")
 class ConicProgram:
     """Minimize a linear cost of variables which rows and cones bound.
 

@@ -16,12 +16,14 @@ from scene_graph_ros.convex.questions.arguments import as_matrix, as_vector
 from scene_graph_ros.convex.questions.conic_program import ConicConstraint, ConicProgram
 from scene_graph_ros.convex.solve.cones.blocks import blocks_of
 from scene_graph_ros.convex.solve.cones.lift import Lift
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
 
 __all__ = ["Membership", "add_point_in_nonnegative_scaling", "add_point_in_set"]
 
 
+@one_line()
 class Membership(NamedTuple):
     """What was added to a program: further variables ``(e,)``, of any meaning, and constraints."""
 

@@ -23,12 +23,14 @@ from scene_graph_ros.convex.solve.exact.rational_simplex import fractions_of
 from scene_graph_ros.convex.solve.exact.rows import is_inside, Rows
 from scene_graph_ros.convex.solve.floats.quick_points import OPEN
 from scene_graph_ros.convex.solve.floats.quick_rows import INSIDE
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
 
 __all__ = ["Reduction", "checked_tolerance", "contained_in", "implied_rows", "reduce_rows"]
 
 
+@one_line()
 @dataclass(frozen=True)
 class Reduction:
     """Rows that can be left out, and those that can't.

@@ -40,6 +40,7 @@ from scene_graph_ros.convex.volumes.volume_interval import (
     volume_interval,
     VolumeInterval,
 )
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.shapes.shape import Shape
 
@@ -49,6 +50,7 @@ DEFAULT_TOLERANCE = 1e-8
 """In the set's own units, metres or radians: how far outside a point may be to count as inside."""
 
 
+@one_line("ambient_dimension")
 class ConvexSet(abc.ABC):
     """A closed convex set in n dimensions, n from 0 on. Sets are values: nothing changes them.
 

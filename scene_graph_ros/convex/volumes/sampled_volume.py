@@ -10,6 +10,7 @@ import numpy as np
 from scene_graph_ros.convex.errors import ConvexSetError
 from scene_graph_ros.convex.questions.arguments import as_generator, as_nonnegative
 from scene_graph_ros.convex.questions.extents import bounds_of
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = ["SampledVolume", "sample_volume"]
@@ -18,6 +19,7 @@ _BATCH = 1000
 """Points that are asked at once."""
 
 
+@one_line()
 class SampledVolume(NamedTuple):
     """An estimate, its relative standard error, NaN without a point inside, and the points."""
 

@@ -19,6 +19,7 @@ from scene_graph_ros.convex.volumes.effective_sample_size import (
     effective_sample_size,
 )
 from scene_graph_ros.convex.volumes.hit_and_run import hit_and_run, walk_along_axes
+from scene_graph_ros.geometry.one_line import one_line
 
 __all__ = ["UniformSamples", "draw", "draw_many"]
 
@@ -70,6 +71,7 @@ def draw(
     return x + step
 
 
+@one_line()
 class UniformSamples(NamedTuple):
     """Points ``(m, n)``, nearly uniform, and how many independent ones they are worth.
 

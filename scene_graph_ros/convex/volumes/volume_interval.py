@@ -22,6 +22,7 @@ from scene_graph_ros.convex.questions.axes import unit_ball_volume
 from scene_graph_ros.convex.questions.ellipsoids import inscribed
 from scene_graph_ros.convex.questions.extents import bounds_of
 from scene_graph_ros.convex.solve.ellipsoids.inscribed import largest_inscribed
+from scene_graph_ros.geometry.one_line import one_line
 
 __all__ = ["VolumeInterval", "bernstein_interval", "clopper_pearson_interval", "volume_interval"]
 
@@ -41,6 +42,7 @@ _EXACT = 1e-12
 """Relative: what exact volumes are rounded by."""
 
 
+@one_line()
 class VolumeInterval(NamedTuple):
     """A volume is between ``lower`` and ``upper`` with the probability ``confidence`` or more.
 

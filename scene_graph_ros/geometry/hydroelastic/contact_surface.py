@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 import itertools
-from typing import Any, overload
+from typing import Any, overload, TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,6 +21,9 @@ from scene_graph_ros.geometry.hydroelastic.patches import Patches
 from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.query.representation import ContactRepresentation
 from scene_graph_ros.geometry.query.results import ResultTable
+
+if TYPE_CHECKING:
+    from scene_graph_ros.geometry.model.state import GeometryState
 
 __all__ = ["ContactSurface", "ContactSurfaces"]
 
@@ -207,9 +210,10 @@ class ContactSurfaces(ResultTable[ContactSurface]):
         patches: Patches,
         representation: ContactRepresentation,
         materials: Mapping[int, Material],
+        state: GeometryState | None = None,
     ) -> None:
-        """Take the columns, and the faces of as many surfaces."""
-        super().__init__(columns)
+        """Take the columns, and the faces of as many surfaces; ``state`` knows names."""
+        super().__init__(columns, state)
         self._patches = patches
         self.representation = representation
         self.materials = materials
@@ -286,6 +290,7 @@ class ContactSurfaces(ResultTable[ContactSurface]):
                 self._patches.select(rows),
                 self.representation,
                 self.materials,
+                self._state,
             )
         return ContactSurface(self, range(len(self))[index])
 

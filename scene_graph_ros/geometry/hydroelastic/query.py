@@ -150,7 +150,8 @@ def _surfaces(
         "num_faces": np.diff(patches.face_start),
         "num_vertices": np.diff(patches.vertex_start),
     }
-    return ContactSurfaces(columns, patches, representation, _materials(snapshot.state))
+    state = snapshot.state
+    return ContactSurfaces(columns, patches, representation, _materials(state), state)
 
 
 @derived(Role.PROXIMITY)

@@ -15,6 +15,7 @@ from scene_graph_ros.geometry.model.geometry_set import GeometrySet
 from scene_graph_ros.geometry.model.ids import FilterId, GeometryId
 from scene_graph_ros.geometry.model.pair_filter import Operation, PairFilter, Statement
 from scene_graph_ros.geometry.model.writes import Writes
+from scene_graph_ros.geometry.one_line import cut, one_line
 from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = [
@@ -106,7 +107,7 @@ class CollisionFilterDeclaration:
             f"{op.value}_within({a!r})" if b is None else f"{op.value}_between({a!r}, {b!r})"
             for op, a, b in self._entries
         ]
-        return ".".join(["CollisionFilterDeclaration()", *parts])
+        return cut(".".join(["CollisionFilterDeclaration()", *parts]))
 
 
 def _check_declaration(declaration: Any) -> None:
@@ -129,6 +130,7 @@ class _FilterOwner(Protocol):
     ) -> frozenset[GeometryId]: ...
 
 
+@one_line()
 class CollisionFilterManager:
     """Applies declarations to a model, or to the model of one context."""
 

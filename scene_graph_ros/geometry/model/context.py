@@ -64,6 +64,9 @@ class Context(ModelOwner):
     One thread writes; any thread may ask for the snapshot, which never changes again.
     """
 
+    def __repr__(self) -> str:
+        return f"Context({self.state.summary()})"
+
     def __init__(self, state: GeometryState) -> None:
         super().__init__(state)
         layout = state.layout()

@@ -7,6 +7,7 @@ from typing import Any
 
 from scene_graph_ros.geometry.model.ids import FrameId
 from scene_graph_ros.geometry.model.names import canonical_name
+from scene_graph_ros.geometry.one_line import cut
 from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = ["GeometryFrame"]
@@ -43,4 +44,4 @@ class GeometryFrame:
 
     def __repr__(self) -> str:
         group: Any = f", {self._frame_group}" if self._frame_group else ""
-        return f"GeometryFrame({self._name!r}{group})"
+        return cut(f"GeometryFrame({self._name!r}{group})")

@@ -7,6 +7,7 @@ from typing import Any
 
 from scene_graph_ros.geometry.errors import UnknownIdError
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
+from scene_graph_ros.geometry.one_line import cut
 
 __all__ = ["GeometrySet"]
 
@@ -54,4 +55,4 @@ class GeometrySet:
 
     def __repr__(self) -> str:
         members = [*sorted(self._frame_ids), *sorted(self._geometry_ids)]
-        return f"GeometrySet({', '.join(map(repr, members))})"
+        return cut(f"GeometrySet({', '.join(map(repr, members))})")

@@ -17,6 +17,7 @@ from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
 from scene_graph_ros.geometry.model.instance import GeometryInstance
 from scene_graph_ros.geometry.model.names import trimmed_name
 from scene_graph_ros.geometry.model.no_copies import NotCopied
+from scene_graph_ros.geometry.model.paths import path_of
 from scene_graph_ros.geometry.model.properties import (
     GeometryProperties,
     IllustrationProperties,
@@ -58,6 +59,9 @@ class SceneGraphInspector(NotCopied):
 
     def __init__(self, holder: _HasState) -> None:
         self._holder = holder
+
+    def __repr__(self) -> str:
+        return f"SceneGraphInspector({self._state.summary()})"
 
     @property
     def _state(self) -> GeometryState:
@@ -225,6 +229,10 @@ class SceneGraphInspector(NotCopied):
     def get_owning_source_name(self, any_id: FrameId | GeometryId) -> str:
         """Return the name of the source that registered the frame or geometry."""
         return self._state.source_names[self.get_owning_source_id(any_id)]
+
+    def get_path(self, any_id: FrameId | GeometryId) -> str:
+        """Return ``source/frame`` or ``source/frame/geometry``, as scene files call it."""
+        return path_of(self._state, any_id)
 
     def get_parent_frame(self, frame_id: FrameId) -> FrameId:
         """Return the parent of a frame; the world is its own parent."""

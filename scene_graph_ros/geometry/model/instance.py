@@ -17,6 +17,7 @@ from scene_graph_ros.geometry.model.properties import (
     ProximityProperties,
 )
 from scene_graph_ros.geometry.model.roles import checked_role, Role
+from scene_graph_ros.geometry.one_line import cut
 from scene_graph_ros.geometry.shapes.shape import Shape
 from scene_graph_ros.geometry.spatial.poses import as_pose
 
@@ -134,4 +135,4 @@ class GeometryInstance:
 
     def __repr__(self) -> str:
         roles = "".join(f", {role.name}" for role in self._properties)
-        return f"GeometryInstance({self._name!r}, {self._shape!r}{roles})"
+        return cut(f"GeometryInstance({self._name!r}, {self._shape!r}{roles})")

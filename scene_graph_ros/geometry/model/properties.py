@@ -10,6 +10,7 @@ import numpy as np
 from scene_graph_ros.geometry.errors import PropertyError
 from scene_graph_ros.geometry.model.rgba import Rgba
 from scene_graph_ros.geometry.model.roles import Role
+from scene_graph_ros.geometry.one_line import cut
 from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = [
@@ -222,7 +223,7 @@ class GeometryProperties:
     __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__}({self._groups!r})"
+        return cut(f"{type(self).__name__}({self._groups!r})")
 
 
 class ProximityProperties(GeometryProperties):

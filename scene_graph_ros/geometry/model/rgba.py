@@ -10,10 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.errors import PropertyError
+from scene_graph_ros.geometry.one_line import one_line
 
 __all__ = ["Rgba"]
 
 
+@one_line()
 @dataclass(frozen=True, slots=True)
 class Rgba:
     """Red, green, blue and opacity, each between 0 and 1."""

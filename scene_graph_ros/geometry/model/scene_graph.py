@@ -51,6 +51,8 @@ class SceneGraph(RendererRegistry, NotCopied):
     the scene graph nor any other context. A method that raises has changed nothing; one that is
     interrupted has changed all that it is about, or nothing.
 
+    In a notebook it shows its geometry, every frame at the identity in its parent.
+
     Sources change only what they registered themselves; OwnershipError otherwise. UnknownIdError
     is raised for an id that names nothing.
     """
@@ -84,6 +86,13 @@ class SceneGraph(RendererRegistry, NotCopied):
     def provide_queries(cls, query_type: Callable[[Context], Any]) -> None:
         """Set what query_object makes; the query layer, which is above this one, calls it."""
         cls._query_type = query_type
+
+    def __repr__(self) -> str:
+        return f"SceneGraph({self._model.state.summary()})"
+
+    def _repr_html_(self) -> Any:
+        query: Any = self.query_object(self.create_default_context())
+        return query._repr_html_()
 
     def _owner(self, context: Context | None) -> ModelOwner:
         if context is None:

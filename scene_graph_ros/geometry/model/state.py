@@ -111,6 +111,19 @@ class GeometryState:
         """This state, so that an inspector takes it like any other holder of one."""
         return self
 
+    def summary(self) -> str:
+        """Return how much there is, for a ``repr``."""
+        counts = {
+            "source": len(self.source_names) - 1,
+            "frame": len(self.frames) - 1,
+            "geometry": len(self.geometries),
+        }
+        plurals = {"geometry": "geometries"}
+        return ", ".join(
+            f"{count} {noun if count == 1 else plurals.get(noun, noun + 's')}"
+            for noun, count in counts.items()
+        )
+
     # What is derived.
 
     def layout(self) -> FrameLayout:

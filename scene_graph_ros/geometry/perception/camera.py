@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.errors import QueryArgumentError
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.geometry.spatial.poses import as_pose, identity
@@ -63,6 +64,7 @@ def _checked_type(owner: object, name: str, value: Any, kind: type) -> None:
         )
 
 
+@one_line()
 @dataclass(frozen=True, slots=True)
 class CameraIntrinsics:
     """The size of an image and the lens before it, all in pixels.
@@ -118,6 +120,7 @@ class CameraIntrinsics:
         return np.array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
 
 
+@one_line()
 @dataclass(frozen=True, slots=True)
 class ClippingRange:
     """The depths, in m, between which a camera sees anything; raises QueryArgumentError."""
@@ -134,6 +137,7 @@ class ClippingRange:
         _put(self, near=near, far=far)
 
 
+@one_line()
 @dataclass(frozen=True, slots=True)
 class DepthRange:
     """The depths, in m, that a depth camera tells apart; raises QueryArgumentError."""
@@ -150,6 +154,7 @@ class DepthRange:
         _put(self, min_depth=low, max_depth=high)
 
 
+@one_line()
 @dataclass(frozen=True, slots=True, eq=False)
 class RenderCameraCore:
     """What all cameras have: the name of a renderer, pixels, clipping and the sensor's pose.
@@ -170,6 +175,7 @@ class RenderCameraCore:
         _put(self, X_BS=as_pose(self.X_BS, "X_BS of a RenderCameraCore"))
 
 
+@one_line()
 @dataclass(frozen=True, slots=True)
 class ColorRenderCamera:
     """A camera of colour and label images. There is no window to show: images are returned."""
@@ -186,6 +192,7 @@ class ColorRenderCamera:
             )
 
 
+@one_line()
 @dataclass(frozen=True, slots=True)
 class DepthRenderCamera:
     """A camera of depth images. Raises QueryArgumentError for a range beyond the clipping."""

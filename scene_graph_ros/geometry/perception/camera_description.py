@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.errors import QueryArgumentError
 from scene_graph_ros.geometry.model.names import canonical_name
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.perception.camera import DepthRenderCamera
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
@@ -34,6 +35,7 @@ class CameraOutput(enum.StrEnum):
     """What each pixel sees as a point with its colour and label."""
 
 
+@one_line()
 @dataclass(frozen=True, slots=True, eq=False)
 class CameraDescription:
     """A camera of a scene.

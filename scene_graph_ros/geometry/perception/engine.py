@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.model.snapshot import Snapshot
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.perception.camera import DepthRange, RenderCameraCore
 
 __all__ = ["ImageKind", "Images", "RenderEngine"]
@@ -22,6 +23,7 @@ class ImageKind(enum.StrEnum):
     LABEL = "label"
 
 
+@one_line()
 class Images(NamedTuple):
     """Images of one moment, row by row from above; None where a kind was not asked for."""
 

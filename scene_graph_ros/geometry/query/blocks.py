@@ -55,7 +55,8 @@ def point_distance_blocks(
     for start in range(0, max(len(p_WQs), 1), size):
         points = p_WQs[start : start + size]
         table = query.compute_signed_distance_to_points(points, threshold, threads=threads)
-        yield PointDistances({**table.columns, "point": table.point + start})
+        columns = {**table.columns, "point": table.point + start}
+        yield PointDistances(columns, query.snapshot.state)
 
 
 def signed_distance_blocks(

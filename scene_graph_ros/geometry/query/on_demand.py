@@ -23,10 +23,13 @@ ON_DEMAND = {
     "compute_deformable_contact": (
         "scene_graph_ros.geometry.deformable.query:compute_deformable_contact"
     ),
+    "ask_what_if": "scene_graph_ros.geometry.query.what_if:ask_what_if",
+    "cell_html": "scene_graph_ros.views.notebook:cell_html",
     "render_images": "scene_graph_ros.geometry.perception.query:render_images",
     "render_one": "scene_graph_ros.geometry.perception.query:render_one",
 }
-"""The function, as ``module:name``, that answers each query about a Snapshot."""
+"""The function, as ``module:name``, that answers each query about a Snapshot; the first two take
+the query object."""
 
 
 @functools.cache

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 import math
-from typing import Protocol, TYPE_CHECKING
+from typing import Protocol, TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -36,6 +37,8 @@ if TYPE_CHECKING:
 
 __all__ = ["QueryObject"]
 
+Answer = TypeVar("Answer")
+
 
 class _Provider(Protocol):
     """What has a current snapshot: a Context, or a Snapshot itself."""
@@ -46,6 +49,8 @@ class _Provider(Protocol):
 
 class QueryObject(RenderQueries, NotCopied):
     """Queries about geometries with the proximity role, in the world frame W.
+
+    In a notebook it shows what it is about, with what touches, to be turned and clicked at.
 
     A *live* query object follows its context; ``bake`` freezes the present. Results never change
     and are sorted by id, the same for the same poses. Any number of threads may ask at once; the
@@ -71,6 +76,13 @@ class QueryObject(RenderQueries, NotCopied):
         """Ask ``provider``, a Context (live) or a Snapshot (baked)."""
         self._provider = provider
         self._last: Memo | None = None
+
+    def __repr__(self) -> str:
+        return f"QueryObject({self._provider.snapshot.state.summary()})"
+
+    def _repr_html_(self) -> str:
+        html: str = on_demand("cell_html")(self)
+        return html
 
     def _memo(self) -> Memo:
         snapshot = self._provider.snapshot
@@ -132,6 +144,24 @@ class QueryObject(RenderQueries, NotCopied):
         UnknownIdError, DeformableError for a rigid geometry, and RoleError if it lacks the role.
         """
         return self._provider.snapshot.driven_mesh_configurations(geometry_id, role)
+
+    def ask_what_if(
+        self,
+        configurations: Sequence[Mapping[FrameId, ArrayLike]],
+        question: Callable[[QueryObject], Answer],
+        *,
+        threads: int = 1,
+    ) -> list[Answer]:
+        """Return what ``question`` returns for each of many configurations of the scene.
+
+        Each gives poses ``X_PF`` ``(4, 4)`` of some frames; nothing is moved. ``question`` gets a
+        query object of it, as in ``query.ask_what_if(poses, QueryObject.has_collisions)``;
+        `ask_what_if` says more, and what is raised.
+        """
+        answers: list[Answer] = on_demand("ask_what_if")(
+            self, configurations, question, threads=threads
+        )
+        return answers
 
     def find_collision_candidates(self) -> CandidatePairs:
         """Return the pairs whose bounding boxes meet; any pair not in it is apart."""

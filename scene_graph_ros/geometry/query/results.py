@@ -10,13 +10,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, ClassVar, Generic, overload, TypeVar
+from typing import Any, ClassVar, Generic, overload, TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.errors import QueryArgumentError
 from scene_graph_ros.geometry.model.ids import GeometryId
+from scene_graph_ros.geometry.model.paths import path_of
 from scene_graph_ros.geometry.narrowphase.mechanism import Mechanism
+from scene_graph_ros.geometry.one_line import cut, one_line
 
 __all__ = [
     "CandidatePair",
@@ -31,6 +34,11 @@ __all__ = [
     "SignedDistanceToPoint",
 ]
 
+if TYPE_CHECKING:
+    import pandas
+
+    from scene_graph_ros.geometry.model.state import GeometryState
+
 FloatArray = NDArray[np.float64]
 Record = TypeVar("Record")
 
@@ -43,6 +51,7 @@ class CandidatePair:
     id_B: GeometryId
 
 
+@one_line()
 @dataclass(frozen=True, slots=True, eq=False)
 class PenetrationAsPointPair:
     """Two penetrating geometries: ``depth = (p_WCb - p_WCa) . nhat_BA_W > 0``."""
@@ -77,6 +86,7 @@ class PenetrationAsPointPair:
     """Or None."""
 
 
+@one_line()
 @dataclass(frozen=True, slots=True, eq=False)
 class SignedDistancePair:
     """The signed distance of two geometries: ``p_WCa - p_WCb = distance * nhat_BA_W``."""
@@ -117,6 +127,7 @@ class SignedDistancePair:
     ``docs/narrowphase.md`` for what each proves."""
 
 
+@one_line()
 @dataclass(frozen=True, slots=True, eq=False)
 class SignedDistanceToPoint:
     """The signed distance of a point Q to a geometry G."""
@@ -134,6 +145,7 @@ class SignedDistanceToPoint:
     """Index of Q in a batch of points."""
 
 
+@one_line("length")
 class LateColumns(Mapping[str, NDArray[Any]]):
     """Read-only columns, each made when it is first looked at."""
 
@@ -164,14 +176,24 @@ class LateColumns(Mapping[str, NDArray[Any]]):
 
 
 class ResultTable(Sequence[Record], Generic[Record]):
-    """An immutable sequence of records over columns; a slice is a table on the same columns."""
+    """An immutable sequence of records over columns; a slice is a table on the same columns.
+
+    ``print`` shows its rows with names, a notebook as a table, and ``to_pandas`` returns a
+    DataFrame. A table that was pickled has ids in place of names.
+    """
 
     record_type: ClassVar[type[Any]]
     _ids: ClassVar[tuple[str, ...]] = ("id_A", "id_B")
-    __slots__ = ("_columns", "_length")
+    __slots__ = ("_columns", "_length", "_state")
 
-    def __init__(self, columns: Mapping[str, NDArray[Any]]) -> None:
-        """Take at least one column, all of equal length; they are made read-only."""
+    def __init__(
+        self, columns: Mapping[str, NDArray[Any]], state: GeometryState | None = None
+    ) -> None:
+        """Take at least one column, all of equal length; they are made read-only.
+
+        ``state`` knows the names of the geometries.
+        """
+        self._state = state
         self._columns: Mapping[str, NDArray[Any]]
         if isinstance(columns, LateColumns):
             self._columns, self._length = columns, columns.length
@@ -207,7 +229,8 @@ class ResultTable(Sequence[Record], Generic[Record]):
 
     def __getitem__(self, index: int | slice) -> Record | ResultTable[Record]:
         if isinstance(index, slice):
-            return type(self)({name: column[index] for name, column in self._columns.items()})
+            columns = {name: column[index] for name, column in self._columns.items()}
+            return type(self)(columns, self._state)
         row = range(self._length)[index]
         record: Record = self.record_type(**{k: self._field(k, row) for k in self._columns})
         return record
@@ -226,8 +249,45 @@ class ResultTable(Sequence[Record], Generic[Record]):
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (dict(self._columns),)
 
+    def name_of(self, id_value: int) -> str:
+        """Return the name of a geometry by the number in a column: ``source/frame/geometry``."""
+        geometry_id = GeometryId(int(id_value))
+        return repr(geometry_id) if self._state is None else path_of(self._state, geometry_id)
+
+    def to_pandas(self, columns: Sequence[str] | None = None) -> pandas.DataFrame:
+        """Return a ``pandas.DataFrame`` of some columns, or of all that the query was asked for.
+
+        Names of geometries are columns of their own, such as ``name_A`` for ``id_A``; a vector
+        ``p_WCa`` becomes ``p_WCa_x``, ``p_WCa_y`` and ``p_WCa_z``.
+
+        Raises:
+            QueryArgumentError: there is no such column.
+            ImportError: pandas is not installed.
+
+        """
+        from scene_graph_ros.table_text import as_pandas, UnknownColumnError
+
+        try:
+            return as_pandas(self._columns, self._ids, self.name_of, columns)
+        except UnknownColumnError as error:
+            raise QueryArgumentError(str(error)) from None
+
     def __repr__(self) -> str:
-        return f"<{type(self).__name__}: {self._length} x ({', '.join(self._columns)})>"
+        text = f"<{type(self).__name__}: {self._length} x ({', '.join(self._columns)})>"
+        return cut(text)
+
+    def __str__(self) -> str:
+        from scene_graph_ros.table_text import as_text
+
+        return as_text(type(self).__name__, self._columns, self._ids, self.name_of)
+
+    def _repr_pretty_(self, printer: Any, cycle: bool) -> None:
+        printer.text(str(self))
+
+    def _repr_html_(self) -> str:
+        from scene_graph_ros.table_text import as_html
+
+        return as_html(type(self).__name__, self._columns, self._ids, self.name_of)
 
 
 class CandidatePairs(ResultTable[CandidatePair]):

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.errors import InvalidShapeError
 from scene_graph_ros.geometry.files import find_file
+from scene_graph_ros.geometry.one_line import cut
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.geometry.shapes.shape import Shape
@@ -181,7 +182,7 @@ class MeshShape(Shape):
             if self.faces is not None:
                 source += f", faces=<{len(self.faces)}>"
         scale = self.scale if len(set(self.scale)) > 1 else self.scale[0]
-        return f"{self.type_name}({source}, scale={scale!r})"
+        return cut(f"{self.type_name}({source}, scale={scale!r})")
 
 
 def _restore(cls: type[MeshShape], values: list[Any]) -> MeshShape:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from scene_graph_ros.geometry.compile_progress import leave_it_to_others
 from scene_graph_ros.geometry.compiled.readiness import Compilations, why_not_ready
 from scene_graph_ros.warmup.groups import MAIN
 
@@ -26,6 +27,7 @@ class KernelWatch:
         if problem:
             logger.warning(f"{problem}: {_MEANING}")
         self._compilations = Compilations(self._begins)
+        leave_it_to_others()
 
     def stop(self) -> None:
         """Watch no more."""

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.geometry.tolerances import EPSILON
@@ -36,6 +37,7 @@ _ROUNDING = 8.0 * EPSILON
 Box = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
+@one_line()
 class CspaceFreeBox:
     """Proves that robots collide with nothing in boxes ``lower <= q <= upper``.
 

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.certified.bilinear_alternation import alternate
 from scene_graph_ros.planning.certified.distance_certificate import (
@@ -50,6 +51,7 @@ _SAMPLES = 256
 """Points of a region that are looked at before anything is solved."""
 
 
+@one_line()
 class CspaceFreePolytope:
     """Searches for polytopes of s = tan((q - q_star) / 2) in which robots collide with nothing.
 

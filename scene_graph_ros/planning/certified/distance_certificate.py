@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.model.snapshot import Snapshot
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
 from scene_graph_ros.planning.certified.motion_reaches import motion_reaches
 from scene_graph_ros.planning.certified.rational_kinematics import RationalForwardKinematics
@@ -93,6 +94,7 @@ class RegionGrid:
         )
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class DistanceCertificate:
     """What is known of a region by distances.

@@ -8,6 +8,7 @@ from fractions import Fraction
 
 import numpy as np
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.planning.certified.exact_matrices import (
     are_positive_semidefinite,
     exact_array,
@@ -28,6 +29,7 @@ LEAST_CLEARANCE = Fraction(1, 10**8)
 """Metres: what rounding may move links by, with room for coordinates up to a kilometre."""
 
 
+@one_line()
 @dataclass(frozen=True)
 class PairCertificate:
     """A plane, and Gram matrices that show what it keeps, all rational.

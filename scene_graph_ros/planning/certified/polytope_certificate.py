@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
+from scene_graph_ros.geometry.model.ids import GeometryId
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.planning.certified.pair_certificate import PairCertificate
 from scene_graph_ros.planning.certified.pair_problem import PairProblems
 from scene_graph_ros.planning.certified.rational_kinematics import RationalForwardKinematics
@@ -18,9 +20,10 @@ from scene_graph_ros.planning.pairs.checker_plan import CheckerPlan
 
 __all__ = ["PairFailure", "PolytopeCertificate"]
 
-GeometryPair = tuple[Any, Any]
+GeometryPair = tuple[GeometryId, GeometryId]
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class PairFailure:
     """Why a pair has no certificate.
@@ -38,6 +41,7 @@ class PairFailure:
     q: NDArray[np.float64] | None = None
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class PolytopeCertificate:
     """A polytope of s, and what was shown of each pair of geometries in it.

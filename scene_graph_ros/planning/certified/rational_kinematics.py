@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.certified.errors import CertificateError
 from scene_graph_ros.planning.certified.polynomials import (
@@ -63,6 +64,7 @@ class RationalPose(NamedTuple):
     denominator: Polynomial
 
 
+@one_line("tree", "q_star")
 class RationalForwardKinematics:
     """The poses of a tree's links as rational functions of s ``(nq,)``."""
 

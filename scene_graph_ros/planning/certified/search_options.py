@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.certified.errors import CertificateError
 
@@ -24,6 +25,7 @@ class EllipsoidMarginCost(enum.Enum):
     """That of margins and an epsilon: faces move more alike."""
 
 
+@one_line()
 @dataclass(frozen=True)
 class BinarySearchOptions:
     """How a polytope is scaled about a point: between which factors, how often, how exactly.
@@ -51,6 +53,7 @@ class BinarySearchOptions:
         _check_iterations(self.max_iter)
 
 
+@one_line()
 @dataclass(frozen=True)
 class BilinearAlternationOptions:
     """How a polytope is grown: for how many rounds, until it grows by less than what share.

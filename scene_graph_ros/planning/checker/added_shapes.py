@@ -16,6 +16,7 @@ from scene_graph_ros.geometry.model.instance import checked_shape, GeometryInsta
 from scene_graph_ros.geometry.model.properties import ProximityProperties
 from scene_graph_ros.geometry.model.scene_graph import SceneGraph
 from scene_graph_ros.geometry.model.snapshot import Snapshot
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.shapes.shape import Shape
 from scene_graph_ros.geometry.spatial.poses import as_pose
 from scene_graph_ros.planning.errors import CollisionCheckerError
@@ -23,6 +24,7 @@ from scene_graph_ros.planning.errors import CollisionCheckerError
 __all__ = ["AddedShape", "BodyShapeDescription", "furnished", "make_body_shape_description"]
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class BodyShapeDescription:
     """A shape S fixed to a body B at ``pose_in_body`` X_BS ``(4, 4)``, by names.

@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 
 from scene_graph_ros.geometry.model.ids import FrameId
 from scene_graph_ros.geometry.model.snapshot import Snapshot
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.located import suggestion
 from scene_graph_ros.planning.errors import CollisionCheckerError
@@ -18,6 +19,7 @@ from scene_graph_ros.robots.kinematic_tree import KinematicTree
 __all__ = ["AnyBody", "CheckerBodies", "CheckerBody"]
 
 
+@one_line()
 @dataclass(frozen=True)
 class CheckerBody:
     """A frame of the scene with all geometries on it."""

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.model.ids import FrameId
 from scene_graph_ros.geometry.model.snapshot import Snapshot
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.checker.checker_state import CheckerState
@@ -21,6 +22,7 @@ from scene_graph_ros.planning.errors import CollisionCheckerError
 __all__ = ["CheckerContexts", "CollisionCheckerContext", "checked_parallelism"]
 
 
+@one_line("q")
 class CollisionCheckerContext:
     """Positions of a checker's robots, and the scene with them there.
 

@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.located import suggestion
@@ -39,6 +40,7 @@ __all__ = ["CollisionChecker", "one_configuration", "one_edge"]
 Self = TypeVar("Self", bound="CollisionChecker")
 
 
+@one_line("robot_model_instances")
 class CollisionChecker(ChangingChecker, MeasuringChecker, ABC):
     """Answers about configurations ``(nq,)`` of the robots of a scene, and what is between them.
 

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scene_graph_ros.geometry.model.ids import GeometryId
+from scene_graph_ros.geometry.model.paths import GeometryPair
 from scene_graph_ros.geometry.model.snapshot import Snapshot
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array
@@ -57,12 +60,13 @@ class ConfigurationCollisions(NamedTuple):
 
     rows: NDArray[np.intp]
     """``(k,)``: which configurations."""
-    pairs: tuple[tuple[Any, Any], ...]
-    """Geometry ids; the first in the scene's order."""
+    pairs: tuple[GeometryPair, ...]
+    """With names; the first in the scene's order."""
     depths: NDArray[np.float64]
     """``(k,)`` metres: how much nearer than its padding the pair is."""
 
 
+@one_line("robot_model_instances", "num_pairs", "tolerance", "edge_step_size")
 class SceneGraphCollisionChecker(CollisionChecker):
     """Checks configurations and edges of robots against each other and all else in their scene.
 
@@ -177,8 +181,8 @@ class SceneGraphCollisionChecker(CollisionChecker):
         q = self.checked_configurations(configurations)
         return first_pairs(self._state.plan, q, threads) == NO_PAIR
 
-    def find_colliding_pair(self, q: ArrayLike) -> tuple[Any, Any] | None:
-        """Return the ids of a pair that is nearer than its padding at q ``(nq,)``, or None."""
+    def find_colliding_pair(self, q: ArrayLike) -> GeometryPair | None:
+        """Return a pair of geometries that is nearer than its padding at q ``(nq,)``, or None."""
         plan = self._state.plan
         pair = int(first_pairs(plan, self.checked_configurations(one_configuration("q", q)), 1)[0])
         return None if pair == NO_PAIR else plan.ids(pair)
@@ -198,7 +202,7 @@ class SceneGraphCollisionChecker(CollisionChecker):
         depths = [_depth(state, q[row], int(first[row])) for row in rows]
         return ConfigurationCollisions(rows, pairs, np.array(depths, dtype=np.float64))
 
-    def calc_pair_depth(self, q: ArrayLike, pair: tuple[Any, Any]) -> float:
+    def calc_pair_depth(self, q: ArrayLike, pair: tuple[GeometryId, GeometryId]) -> float:
         """Return how much nearer than its padding a pair that is checked is at q ``(nq,)``, in m.
 
         ``pair`` are two geometry ids. Negative where the pair is further apart. Raises

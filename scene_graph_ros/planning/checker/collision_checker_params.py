@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.checker.distance_and_interpolation import (
     ConfigurationDistanceFunction,
@@ -18,6 +19,7 @@ from scene_graph_ros.planning.errors import CollisionCheckerError, finite_number
 __all__ = ["CollisionCheckerParams"]
 
 
+@one_line()
 @dataclass(frozen=True, eq=False, kw_only=True)
 class CollisionCheckerParams:
     """Parameters for `CollisionChecker.from_params`.

@@ -10,6 +10,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.geometry.reals import as_float
@@ -31,6 +32,7 @@ ConfigurationInterpolationFunction = Callable[
 ]
 
 
+@one_line()
 class DistanceAndInterpolationProvider(ABC):
     """Measures configurations ``(nq,)`` and finds those in between; derive from it for your own.
 
@@ -86,6 +88,7 @@ class DistanceAndInterpolationProvider(ABC):
         """Return the configuration at ``ratio``, which is from 0 to 1."""
 
 
+@one_line("distance_weights")
 class LinearDistanceAndInterpolationProvider(DistanceAndInterpolationProvider):
     """Weighted Euclidean distances, and straight ways.
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterable
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
 from scene_graph_ros.planning.checker.position_limits import beyond_limits, describe_excess
 from scene_graph_ros.planning.edges.edge_proofs import EdgeProofs, prove
@@ -87,12 +88,7 @@ def _collision(checker: SceneGraphCollisionChecker, q: NDArray[np.float64]) -> s
     )
 
 
-def pair_words(checker: SceneGraphCollisionChecker, pair: tuple[Any, Any]) -> str:
+def pair_words(checker: SceneGraphCollisionChecker, pair: Iterable[GeometryId]) -> str:
     """Return two geometries' names, as scene files call them: source, frame, name."""
     inspector = checker.snapshot.inspector
-    names = (
-        f"{inspector.get_owning_source_name(each)}/"
-        f"{inspector.get_name(inspector.get_frame_id(each))}/{inspector.get_name(each)}"
-        for each in pair
-    )
-    return " and ".join(names)
+    return " and ".join(inspector.get_path(each) for each in pair)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.model.snapshot import Snapshot
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
 from scene_graph_ros.geometry.query.distance.solved_pairs import SolvedPairs
 from scene_graph_ros.geometry.quoting import quoted
@@ -60,6 +61,7 @@ class RobotCollisionType(enum.Enum):
         return RobotCollisionType(int(around) + 2 * int(own))
 
 
+@one_line("size", "num_positions")
 class RobotClearance:
     """A table of padded distances: one row for each pair of geometries.
 
@@ -187,6 +189,7 @@ class RobotClearance:
         return result
 
 
+@one_line()
 class ClearanceColumns(NamedTuple):
     """Padded distances of pairs of geometries at many configurations, as arrays."""
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.cliques.adjacency import (
     checked_adjacency,
@@ -22,6 +23,7 @@ from scene_graph_ros.planning.cliques.max_clique import MaxCliqueSolverBase
 __all__ = ["MinCliqueCoverSolverBase", "MinCliqueCoverSolverViaGreedy"]
 
 
+@one_line()
 class MinCliqueCoverSolverBase(ABC):
     """Looks for cliques that cover a graph, as few as it can.
 

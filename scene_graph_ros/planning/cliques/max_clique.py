@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.convex.errors import SolverError
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.planning.cliques.adjacency import (
@@ -29,6 +30,7 @@ __all__ = [
 ]
 
 
+@one_line()
 class MaxCliqueSolverBase(ABC):
     """Looks for vertices of a graph that are all adjacent to each other, as many as it can.
 

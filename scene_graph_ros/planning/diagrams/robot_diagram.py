@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from scene_graph_ros.geometry import SceneGraph
+from scene_graph_ros.geometry import QueryObject, SceneGraph
+from scene_graph_ros.geometry.model.memory import Memory
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.robots.kinematic_tree import KinematicTree
 from scene_graph_ros.robots.tree_joint import KinematicTreeError
 from scene_graph_ros.scene_files import load_scene
@@ -25,19 +27,44 @@ if TYPE_CHECKING:
 __all__ = ["RobotDiagram", "load_robot_diagram"]
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class RobotDiagram:
     """Robots in a scene graph.
 
     ``tree`` has the joints and links of all robots, in whose configurations q planning speaks;
     ``frames`` are its links' frames, where they have one. Where there are several robots, names
-    begin with the robot's and a slash. All else in the scene is where ``context`` has it.
+    begin with the robot's and a slash. All else in the scene is where ``context`` has it. In a
+    notebook it shows itself, and ``query(q)`` another configuration.
     """
 
     scene_graph: SceneGraph
     context: Context
     tree: KinematicTree
     frames: Mapping[str, FrameId]
+
+    def query(self, q: ArrayLike) -> QueryObject:
+        """Return what answers about the scene with the robots at q ``(nq,)``, and draws it.
+
+        Raises KinematicTreeError for another shape and what is not finite.
+        """
+        snapshot = self.context.snapshot
+        links = tuple(self.frames)
+        X_WF = dict(zip(self.frames.values(), self.tree.link_poses(q, links), strict=True))
+        inspector, world = snapshot.inspector, snapshot.inspector.world_frame_id()
+        poses = {}
+        for frame, X in X_WF.items():
+            parent = inspector.get_parent_frame(frame)
+            if parent == world:
+                poses[frame] = X
+            else:
+                X_WP = X_WF.get(parent)
+                base = snapshot.pose_in_world(parent) if X_WP is None else X_WP
+                poses[frame] = np.linalg.inv(base) @ X
+        return QueryObject(snapshot.with_frame_poses(poses, memory=Memory()))
+
+    def _repr_html_(self) -> str:
+        return QueryObject(self.context.snapshot)._repr_html_()
 
     @classmethod
     def of_scene(cls, scene_graph: SceneGraph, scene: LoadedScene) -> RobotDiagram:

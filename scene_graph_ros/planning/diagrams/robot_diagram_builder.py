@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from scene_graph_ros.geometry import SceneGraph
 from scene_graph_ros.geometry.errors import SceneGraphError
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.spatial.poses import as_pose
 from scene_graph_ros.located import suggestion
 from scene_graph_ros.planning.diagrams.robot_diagram import RobotDiagram
@@ -24,6 +25,7 @@ class DiagramBuiltError(SceneGraphError, RuntimeError):
     """A builder was asked for something after it had built its diagram."""
 
 
+@one_line("scene_graph")
 class RobotDiagramBuilder:
     """Makes a `RobotDiagram` of robots, scene files, and what is registered by hand.
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 import enum
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.model.paths import GeometryPair
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.planning.edges.curves import point_on_curve
 from scene_graph_ros.planning.edges.edge_proofs import EdgeProofs
 from scene_graph_ros.planning.edges.edge_stretches import COLLIDES, FREE, UNDECIDED
@@ -29,6 +30,7 @@ class EdgeStatus(enum.Enum):
     """Somewhere the clearance is below the tolerance, so that it counts as not free."""
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class EdgeMeasure:
     """How far an edge from q1 to q2 is free.
@@ -39,7 +41,7 @@ class EdgeMeasure:
     straight: 1 where all are, negative where q1 collides.
     ``least_clearance`` (m) is what all pairs certainly stay apart beyond their padding, 0 unless
     the edge is free. Where it collides or is undecided, ``configuration``, which is ``at`` from 0
-    to 1 on the edge, shows it, and ``pair`` names the two geometries.
+    to 1 on the edge, shows it, and ``pair`` are the two geometries, with their names.
     """
 
     distance: float
@@ -47,7 +49,7 @@ class EdgeMeasure:
     status: EdgeStatus
     least_clearance: float
     configuration: NDArray[np.float64] | None
-    pair: tuple[Any, Any] | None
+    pair: GeometryPair | None
     at: float | None
 
     @property

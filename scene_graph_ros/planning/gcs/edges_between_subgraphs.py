@@ -13,6 +13,7 @@ from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
 from scene_graph_ros.convex.sets.hyperrectangle import Hyperrectangle
 from scene_graph_ros.convex.sets.point import Point
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.gcs.arguments import as_bounds, as_count
 from scene_graph_ros.planning.gcs.joined_edges import Bounds, JoinedEdges
@@ -22,6 +23,7 @@ from scene_graph_ros.planning.gcs.subgraph import Subgraph
 __all__ = ["EdgesBetweenSubgraphs"]
 
 
+@one_line("name")
 class EdgesBetweenSubgraphs(JoinedEdges):
     """Ways from the regions of one subgraph to those of another; made by `add_edges`."""
 

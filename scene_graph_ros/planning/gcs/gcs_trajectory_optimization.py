@@ -21,6 +21,7 @@ from scene_graph_ros.convex.questions.arguments import as_nonnegative
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.convex.sets.pairwise_intersections import as_joints
 from scene_graph_ros.convex.sets.point import Point
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.gcs.all_subgraphs import AllSubgraphs
 from scene_graph_ros.planning.gcs.arguments import as_count
@@ -46,6 +47,7 @@ __all__ = ["GcsTrajectoryOptimization"]
 Solved = tuple[CompositeTrajectory | None, GcsTrajectoryResult]
 
 
+@one_line("num_positions")
 class GcsTrajectoryOptimization(AllSubgraphs):
     """Regions, ways between them, costs and bounds: a Bézier curve in each region on the way.
 

@@ -16,6 +16,7 @@ from scene_graph_ros.convex.iris.regions_yaml import load_iris_regions_yaml_file
 from scene_graph_ros.convex.questions.arguments import as_nonnegative, as_vector
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.convex.sets.point import Point
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
 from scene_graph_ros.planning.checker.distance_and_interpolation import (
     LinearDistanceAndInterpolationProvider,
@@ -39,6 +40,7 @@ from scene_graph_ros.trajectories.composite_trajectory import CompositeTrajector
 __all__ = ["RegionPlan", "plan_through_regions"]
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class RegionPlan:
     """A trajectory through regions, what none is better than, and what a robot's scene says of it.

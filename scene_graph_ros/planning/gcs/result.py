@@ -11,6 +11,7 @@ import numpy as np
 from scene_graph_ros.convex.errors import SolverError
 from scene_graph_ros.convex.graphs.model.edge import Vertex
 from scene_graph_ros.convex.graphs.search.result import GraphOfConvexSetsResult
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.planning.gcs.joined_edges import Bounds
 from scene_graph_ros.planning.gcs.subgraph import Subgraph
 from scene_graph_ros.trajectories.bezier_curve import BezierCurve
@@ -53,6 +54,7 @@ class Step:
         return self.subgraph.variables.duration(self.x)
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class GcsTrajectoryResult:
     """What was found, what nothing is below, and by how much the trajectory is off, measured.

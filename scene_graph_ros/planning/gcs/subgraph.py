@@ -18,6 +18,7 @@ from scene_graph_ros.convex.sets.cartesian_product import CartesianProduct
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.convex.sets.hyperrectangle import Hyperrectangle
 from scene_graph_ros.convex.sets.pairwise_intersections import own_box
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.gcs.arguments import as_bounds, as_count, as_weights
 from scene_graph_ros.planning.gcs.joined_edges import JoinedEdges, Used
@@ -34,6 +35,7 @@ from scene_graph_ros.planning.gcs.segment_variables import SegmentVariables
 __all__ = ["Subgraph"]
 
 
+@one_line("name", "order", "size")
 class Subgraph(JoinedEdges):
     """Regions, each a vertex whose point is a Bézier curve in it; made by `add_regions`.
 

@@ -9,6 +9,7 @@ import enum
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
@@ -40,6 +41,7 @@ class InverseKinematicsFailure(enum.Enum):
     """All that did collide."""
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class InverseKinematics:
     """Configurations that reach a target, or how near tries came.

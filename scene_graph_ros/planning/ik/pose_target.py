@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.errors import SceneGraphError
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.geometry.spatial.poses import as_pose
@@ -20,6 +21,7 @@ class InverseKinematicsError(SceneGraphError, ValueError):
     """Targets, or arguments of a search for them, that make no sense."""
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class PoseTarget:
     """A tool T, fixed to ``link`` at ``X_LT``, is to be at ``X_WT``, both ``(4, 4)``.

@@ -10,6 +10,7 @@ import warnings
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.optimal_control.arguments import (
     as_count,
@@ -29,6 +30,7 @@ _REMEDY = (
 )
 
 
+@one_line("num_states", "num_inputs", "discrete_step")
 class Dynamics:
     """How a state x ``(n,)`` changes under an input u ``(m,)``: ``x' = f(x, u, t, p)``.
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.optimal_control.arguments import (
     as_bounds,
@@ -35,6 +36,7 @@ _ROUNDED = 1e-6
 """A length |d| counts as sqrt(|d|^2 + this^2), which has derivatives where nothing moves."""
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class BsplineBasis:
     """The basis of a path: its order, one more than its degree, and its knots over [0, 1]."""

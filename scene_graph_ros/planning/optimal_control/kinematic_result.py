@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.planning.edges.edge_measure import EdgeMeasure
 from scene_graph_ros.planning.optimal_control.program_result import (
     ConstraintViolation,
@@ -19,6 +20,7 @@ from scene_graph_ros.trajectories.bspline_trajectory import BsplineTrajectory
 __all__ = ["KinematicTrajectoryResult"]
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class KinematicTrajectoryResult:
     """A curve in time, whether it is a solution, and what is wrong with it where it is none."""

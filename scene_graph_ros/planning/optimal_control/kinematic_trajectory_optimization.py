@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
 from scene_graph_ros.planning.checker.path_ends import pair_words
@@ -56,6 +57,7 @@ class _Clear(NamedTuple):
     """Of s: how far from a place that collides its neighbours are held, too."""
 
 
+@one_line("num_positions", "num_control_points")
 class KinematicTrajectoryOptimization(KinematicCurve):
     """Finds q(t) = r(t / T) of least cost, with a B-spline r over [0, 1] and a duration T.
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.planning.optimal_control.arguments import as_bounds
 from scene_graph_ros.planning.optimal_control.dynamics import Dynamics
 from scene_graph_ros.planning.optimal_control.errors import TrajectoryOptimizationError
@@ -28,6 +29,7 @@ _BETWEEN = np.arange(1, 8) / 8.0
 """Places between knots where dynamics are measured."""
 
 
+@one_line("num_time_samples")
 class MultipleShooting(ShootingVariables, ABC):
     """A trajectory by N samples of time, state x ``(n,)`` and input u ``(m,)``.
 

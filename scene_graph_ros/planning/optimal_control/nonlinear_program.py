@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.optimal_control.arguments import as_bounds, as_count
 from scene_graph_ros.planning.optimal_control.casadi_backend import get_casadi
@@ -20,6 +21,7 @@ from scene_graph_ros.planning.optimal_control.solver_options import SolverOption
 __all__ = ["Constraint", "NonlinearProgram"]
 
 
+@one_line("num_variables")
 class NonlinearProgram(ProgramParts):
     """Variables, costs and constraints as expressions of CasADi's MX, solved by IPOPT.
 

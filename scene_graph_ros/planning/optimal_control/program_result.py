@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.one_line import one_line
+
 __all__ = ["ConstraintViolation", "ProgramResult", "SolveStatus"]
 
 
@@ -25,6 +27,7 @@ class SolveStatus(enum.Enum):
     FAILED = "the solver gave up"
 
 
+@one_line()
 @dataclass(frozen=True)
 class ConstraintViolation:
     """A row of a constraint that does not hold, and when: ``amount`` beyond its bound."""
@@ -53,6 +56,7 @@ class ConstraintViolation:
         )
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class ProgramResult:
     """A point, whether it is a solution, and what is wrong with it where it is none.

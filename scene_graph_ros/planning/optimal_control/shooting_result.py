@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.planning.optimal_control.program_result import (
     ConstraintViolation,
     ProgramResult,
@@ -18,6 +19,7 @@ from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomia
 __all__ = ["TrajectoryOptimizationResult"]
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class TrajectoryOptimizationResult:
     """A trajectory, whether it is a solution, and what is wrong with it where it is none.

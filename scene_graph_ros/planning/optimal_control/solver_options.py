@@ -6,11 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.planning.optimal_control.arguments import as_count, as_positive
 
 __all__ = ["SolverOptions"]
 
 
+@one_line()
 @dataclass(frozen=True)
 class SolverOptions:
     """What IPOPT is told.

@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.broadphase.aabb import world_boxes
+from scene_graph_ros.geometry.model.ids import GeometryId
+from scene_graph_ros.geometry.model.paths import GeometryPair
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.query.candidates.rows import candidate_rows
 from scene_graph_ros.geometry.query.distance.pair_entry import PAIR_DISTANCE
@@ -56,7 +58,9 @@ class CheckerPlan(NamedTuple):
     """``(r,)``: the largest distance of a robot body's points from its joint's origin, metres."""
     X_LG: NDArray[np.float64]
     """``(r, 4, 4)``: robots' bodies in their links."""
-    geometry_ids: tuple[Any, ...]
+    geometry_ids: tuple[GeometryId, ...]
+    geometry_names: tuple[str, ...]
+    """``source/frame/geometry``."""
     owners: NDArray[np.int64]
     """``(b,)``: the link (row of the tree), or -1 for what is around the robots."""
     carried: tuple[tuple[Any, ...], ...]
@@ -68,12 +72,13 @@ class CheckerPlan(NamedTuple):
         tree, held = self.tree, self.held.places
         return CheckedTables(held, tree.table, self.bodies, self.pairs, self.reaches, tree.X_WB)
 
-    def ids(self, pair: int) -> tuple[Any, Any]:
-        """Return the geometry ids of a pair, in the order of the scene's own queries."""
+    def ids(self, pair: int) -> GeometryPair:
+        """Return the geometries of a pair, in the order of the scene's own queries."""
         a, b = self.pairs.bodies[pair]
         if self.pairs.swaps[pair]:
             a, b = b, a
-        return self.geometry_ids[a], self.geometry_ids[b]
+        ids, names = self.geometry_ids, self.geometry_names
+        return GeometryPair(ids[a], ids[b], names[a], names[b])
 
     def pair_of(self, id_A: int, id_B: int) -> int | None:
         """Return which pair that is checked two geometries are, by their ids' values."""
@@ -164,6 +169,7 @@ def make_plan(snapshot: Snapshot, tree: KinematicTree, links: Mapping[int, int])
         np.empty(len(robots)),
         np.empty((len(robots), 4, 4)),
         tuple(ids[row] for row in rows),
+        tuple(inspector.get_path(ids[row]) for row in rows),
         owners,
         tuple(carriers[row][1] for row in robots),
     )

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import threading
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.model.paths import GeometryPair
 from scene_graph_ros.planning.pairs.bodies import BodyTable, Places
 from scene_graph_ros.planning.pairs.checker_plan import CheckerPlan
 from scene_graph_ros.planning.pairs.clearance_kernels import (
@@ -34,8 +35,8 @@ class NearPairs(NamedTuple):
     plan: CheckerPlan
 
     @property
-    def pairs(self) -> tuple[tuple[Any, Any], ...]:
-        """Geometry ids."""
+    def pairs(self) -> tuple[GeometryPair, ...]:
+        """With names."""
         return tuple(self.plan.ids(pair) for pair in self.rows.tolist())
 
 

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.planning.plan_failure import PlanFailure
 
 __all__ = ["Plan", "PlanProgress", "PlanStage"]
@@ -27,6 +28,7 @@ class PlanStage(enum.Enum):
     """Each edge is proven once more."""
 
 
+@one_line()
 class PlanProgress(NamedTuple):
     """How far a plan has come."""
 
@@ -39,6 +41,7 @@ class PlanProgress(NamedTuple):
     """How many edges were looked at."""
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class Plan:
     """A path, each of whose edges is proven free, or why there is none.

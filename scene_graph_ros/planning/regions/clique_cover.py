@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.convex.errors import ConvexSetError, SolverError
 from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.checker.carried_checker import pack, PackedChecker
 from scene_graph_ros.planning.checker.checker_interface import CollisionChecker
@@ -64,6 +65,7 @@ class DroppedClique:
     reason: str
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class RegionCover:
     """Regions, and how much of what is free they have."""

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import math
 
 from scene_graph_ros.convex.iris.options import IrisOptions
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.regions.errors import RegionError
 from scene_graph_ros.planning.regions.iris_zo_options import (
@@ -18,6 +19,7 @@ from scene_graph_ros.planning.regions.np_options import IrisNpOptions
 __all__ = ["IrisFromCliqueCoverOptions"]
 
 
+@one_line()
 @dataclass(frozen=True, kw_only=True)
 class IrisFromCliqueCoverOptions:
     """When a cover is large enough, and how it is looked for.

@@ -11,6 +11,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.planning.regions.errors import RegionError
@@ -19,6 +20,7 @@ from scene_graph_ros.planning.regions.feasibility import Constraints
 __all__ = ["IrisZoOptions", "check_counts", "check_numbers"]
 
 
+@one_line()
 @dataclass(frozen=True, kw_only=True)
 class IrisZoOptions:
     """When a region counts as free, and how it is looked for.

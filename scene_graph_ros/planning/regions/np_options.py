@@ -9,6 +9,7 @@ from typing import Any, TYPE_CHECKING
 
 from scene_graph_ros.convex.iris.options import IrisOptions
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.planning.regions.errors import RegionError
 from scene_graph_ros.planning.regions.feasibility import Constraints
 from scene_graph_ros.planning.regions.iris_zo_options import check_counts, check_numbers
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 __all__ = ["IrisNpOptions"]
 
 
+@one_line()
 @dataclass(frozen=True, kw_only=True)
 class IrisNpOptions(IrisOptions):
     """Those of `iris`, and what only regions of configurations have.

@@ -9,10 +9,12 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
 from scene_graph_ros.convex.sets.hyperellipsoid import Hyperellipsoid
+from scene_graph_ros.geometry.one_line import one_line
 
 __all__ = ["ConfigurationRegion", "share_bound"]
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class ConfigurationRegion:
     """A region of configurations, and the test that it passed."""

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
@@ -57,6 +58,7 @@ class TimingFailure(enum.Enum):
     """The retimer that was asked for found none."""
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class TimedPath:
     """A trajectory along a path, proven free and within limits at all times; or why there is none.

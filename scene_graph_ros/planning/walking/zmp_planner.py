@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.errors import SceneGraphError
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.walking.pendulum_optimum import PendulumOptimum
 from scene_graph_ros.trajectories.arguments import as_finite, as_numbers, as_positive
@@ -88,6 +89,7 @@ class _Plan:
         return Curve(p, slopes, PiecewisePolynomial(self.zmp.breaks, polynomials))
 
 
+@one_line()
 class ZmpPlanner:
     """Plans how the centre of mass moves so that the zero-moment point follows a given one.
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.trajectories.errors import TrajectoryError
 from scene_graph_ros.trajectories.motion_limits import MotionLimits
 from scene_graph_ros.trajectories.path_parameterized_trajectory import (
@@ -21,6 +22,7 @@ from scene_graph_ros.trajectories.time_optimal import straight_segments
 __all__ = ["RuckigRetimer"]
 
 
+@one_line()
 @dataclass(frozen=True)
 class RuckigRetimer(Retimer):
     """Ruckig as a retimer of `time_path` (Berscheid and Kröger, 2021).

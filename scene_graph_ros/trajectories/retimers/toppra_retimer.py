@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.trajectories.corners import CornerPath
 from scene_graph_ros.trajectories.errors import TrajectoryError
@@ -28,6 +29,7 @@ __all__ = ["ToppraRetimer"]
 _WAYS = ("path", "spline")
 
 
+@one_line()
 @dataclass(frozen=True)
 class ToppraRetimer(Retimer):
     """TOPP-RA as a retimer of `time_path` and `time_curve` (Pham and Pham, 2018).

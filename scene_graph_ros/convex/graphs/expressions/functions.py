@@ -10,6 +10,7 @@ import numpy as np
 
 from scene_graph_ros.convex.errors import ConvexSetError
 from scene_graph_ros.convex.questions.arguments import as_vector
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array
 
@@ -37,6 +38,7 @@ def _as_bounds(value: Any, label: str) -> np.ndarray:
     )
 
 
+@one_line()
 class FunctionConstraint:
     """``lower_bound <= function(points) <= upper_bound``, entry by entry.
 

@@ -27,6 +27,7 @@ from scene_graph_ros.convex.graphs.model.checked_result import checked_result
 from scene_graph_ros.convex.graphs.model.edge_terms import EdgeTerms
 from scene_graph_ros.convex.graphs.model.placed_set import PlacedSet
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
+from scene_graph_ros.geometry.one_line import cut
 from scene_graph_ros.geometry.quoting import quoted
 
 if TYPE_CHECKING:
@@ -49,7 +50,7 @@ class _Costly:
         self._changes = 0
 
     def __repr__(self) -> str:
-        return f"<{self._label} {self._name!r}>"
+        return cut(f"<{self._label} {self._name!r}>")
 
     @property
     def id(self) -> int:

@@ -14,11 +14,13 @@ from scene_graph_ros.convex.solve.cones.solver_choice import (
     MIXED_INTEGER,
     SolverChoice,
 )
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = ["GcsGraphvizOptions", "GraphOfConvexSetsOptions", "as_options"]
 
 
+@one_line()
 @dataclass(frozen=True, kw_only=True)
 class GraphOfConvexSetsOptions:
     """What is solved, and how far. Raises ConvexSetError, which names the option and its value."""
@@ -143,6 +145,7 @@ class GraphOfConvexSetsOptions:
         return as_choice(name, options, f"GraphOfConvexSetsOptions: {which}")
 
 
+@one_line()
 @dataclass(frozen=True, kw_only=True)
 class GcsGraphvizOptions:
     """What a drawing of a graph shows of a result."""

@@ -11,10 +11,12 @@ from scene_graph_ros.convex.graphs.expressions.transcription import Transcriptio
 from scene_graph_ros.convex.graphs.relax.bounds import bound_of_paths, Potentials
 from scene_graph_ros.convex.graphs.relax.later import Once
 from scene_graph_ros.convex.graphs.relax.relaxation import Problem
+from scene_graph_ros.geometry.one_line import one_line
 
 __all__ = ["GraphOfConvexSetsResult", "PathBound"]
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class PathBound:
     """What shows a lower bound: a potential for each vertex, multipliers for each edge."""
@@ -46,6 +48,7 @@ class RelaxationAnswer:
 _NO_RELAXATION = Once.of(RelaxationAnswer())
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class GraphOfConvexSetsResult:
     """A path with its points, and what no path is below.

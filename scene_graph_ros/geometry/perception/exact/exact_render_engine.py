@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.model.render_label import RenderLabel
 from scene_graph_ros.geometry.model.rgba import Rgba
 from scene_graph_ros.geometry.model.snapshot import Snapshot
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.perception.camera import DepthRange, RenderCameraCore
 from scene_graph_ros.geometry.perception.engine import ImageKind, Images
 from scene_graph_ros.geometry.perception.engine_parameters import (
@@ -26,6 +27,7 @@ from scene_graph_ros.geometry.perception.exact.visibility import find_visible
 __all__ = ["ExactRenderEngine"]
 
 
+@one_line()
 @dataclass(frozen=True, slots=True)
 class ExactRenderEngine:
     """Depth and label of what is really there: every shape by its equation, meshes watertight.

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.errors import EngineError
 from scene_graph_ros.geometry.model.rgba import Rgba
 from scene_graph_ros.geometry.model.snapshot import Snapshot
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.perception.camera import DepthRange, RenderCameraCore
 from scene_graph_ros.geometry.perception.checked_fields import checked_number
 from scene_graph_ros.geometry.perception.engine import ImageKind, Images
@@ -38,6 +39,7 @@ _MORE_BYTES = 2**20
 _log = logging.getLogger(__name__)
 
 
+@one_line()
 @dataclass(frozen=True, slots=True)
 class GltfClientRenderEngine:
     """Images by a server: each kind is a POST of the scene as glTF and of the camera as a form.

@@ -7,6 +7,7 @@ import math
 
 from scene_graph_ros.geometry.errors import EngineError
 from scene_graph_ros.geometry.model.rgba import Rgba
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.perception.checked_fields import checked_number, checked_vector
 from scene_graph_ros.geometry.quoting import quoted
 
@@ -18,6 +19,7 @@ _MAX_INTENSITY = 1e6
 _MAX_PLACE = 1e9
 
 
+@one_line()
 @dataclass(frozen=True, slots=True)
 class LightParameter:
     """A light. Of intensity 1, it lights a white surface that faces it to full white.

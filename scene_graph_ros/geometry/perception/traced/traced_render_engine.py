@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.errors import EngineError
 from scene_graph_ros.geometry.model.rgba import Rgba
 from scene_graph_ros.geometry.model.snapshot import Snapshot
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.perception.camera import DepthRange, RenderCameraCore
 from scene_graph_ros.geometry.perception.checked_fields import checked_number, checked_whole
 from scene_graph_ros.geometry.perception.engine import ImageKind, Images
@@ -39,6 +40,7 @@ def _default_lights() -> tuple[LightParameter, ...]:
     return (LightParameter(direction=(0.4, 0.6, 1.0), intensity=0.8),)
 
 
+@one_line()
 @dataclass(frozen=True, slots=True)
 class TracedRenderEngine:
     """Colour with light and shadows, by path tracing; depth and label are those of exact's.

@@ -27,7 +27,7 @@ def pairs_of_candidates(snapshot: Snapshot) -> CandidatePairs:
     """Return the pairs whose bounding boxes meet."""
     rows = pair_memory(snapshot).find(snapshot.X_WG, 0.0, is_close=False)
     answers = snapshot.proximity.ids, rows
-    return CandidatePairs(LateColumns(_COLUMNS, answers, len(rows)))
+    return CandidatePairs(LateColumns(_COLUMNS, answers, len(rows)), snapshot.state)
 
 
 _COLUMNS: Mapping[str, Callable[[_Answers], NDArray[np.int64]]] = {

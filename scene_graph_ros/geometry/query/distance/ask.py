@@ -106,7 +106,7 @@ def _distance_table(
     query: str,
 ) -> SignedDistancePairs:
     solved = solve(snapshot, pairs, max_distance, WITHIN, settings, query, LOCAL)
-    return SignedDistancePairs(pair_columns(_COLUMNS, snapshot, solved, settings))
+    return SignedDistancePairs(pair_columns(_COLUMNS, snapshot, solved, settings), snapshot.state)
 
 
 _COLUMNS: Recipes = {

@@ -58,7 +58,7 @@ def penetrations_of(
 ) -> Penetrations:
     """Return those of the (m, 2) rows ``pairs`` that penetrate; ``query`` is named in messages."""
     solved = solve(snapshot, pairs, 0.0, PENETRATIONS, settings, query, WORLD)
-    return Penetrations(pair_columns(_COLUMNS, snapshot, solved, settings))
+    return Penetrations(pair_columns(_COLUMNS, snapshot, solved, settings), snapshot.state)
 
 
 _COLUMNS: Recipes = {

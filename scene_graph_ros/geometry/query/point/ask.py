@@ -97,7 +97,8 @@ def point_distances(
         kinds = _kinds(snapshot.state)
         answers = snapshot.memory.of(_begin_answers, None).take(m * n)
         columns = distances_to_all(table, kinds, X_WG, p_WQs, threads, answers)
-        return PointDistances(LateColumns(_COLUMNS, _Answers(ids, m, *columns), m * n))
+        late = LateColumns(_COLUMNS, _Answers(ids, m, *columns), m * n)
+        return PointDistances(late, snapshot.state)
     point, row, phi, p_GN, grad_W, unique = distance_points(table, X_WG, p_WQs, threshold, threads)
     return PointDistances(
         {
@@ -107,7 +108,8 @@ def point_distances(
             "distance": phi,
             "grad_W": grad_W,
             "is_grad_W_unique": unique,
-        }
+        },
+        snapshot.state,
     )
 
 

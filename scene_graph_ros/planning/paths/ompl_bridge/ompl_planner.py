@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.planning.errors import PlanningError
@@ -29,6 +30,7 @@ _SHARE = 0.8
 need the rest."""
 
 
+@one_line()
 @dataclass(frozen=True)
 class OmplPlanner:
     """A planner of OMPL's for `plan_path`: a class of ``ompl.geometric``, by its name.

@@ -11,6 +11,7 @@ import weakref
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
 from scene_graph_ros.planning.edges.edge_proofs import EdgeProver
 from scene_graph_ros.planning.edges.edge_stretches import EdgeRules
@@ -30,6 +31,7 @@ __all__ = ["OmplSpace"]
 _TURN = 2.0 * math.pi
 
 
+@one_line()
 class OmplSpace:
     """What OMPL's planners need to know of a checker, for one thread.
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.planning.edges.edge_proofs import prove
 from scene_graph_ros.planning.edges.edge_stretches import EdgeRules, FREE
 from scene_graph_ros.planning.errors import PlanningError
@@ -37,6 +38,7 @@ _COMPARED = 256
 _UNKNOWN, _PROVEN, _REFUSED = range(3)
 
 
+@one_line("num_configurations", "num_proven_edges")
 class Roadmap:
     """Free configurations, and edges between them of which some are proven.
 

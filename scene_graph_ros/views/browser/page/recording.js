@@ -24,7 +24,7 @@ export class Recording {
     this.slider.addEventListener("input", () => this.go(Number(this.slider.value)));
     this.button.addEventListener("click", () => this.play(!this.isPlaying));
     window.addEventListener("keydown", (event) => this.press(event));
-    bar.hidden = false;
+    bar.hidden = this.times.length < 2;  // a still has no time line
     this.onState(true, "unpacking");
     this.unpack(data).then(() => {
       this.onState(true, "recording");

@@ -16,12 +16,12 @@ from pathlib import Path
 import tempfile
 from urllib.parse import unquote, urlparse
 
-from names_of_geometry import path_of
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 import trimesh
 from visualization_msgs.msg import Marker
 
+from common.names_of_geometry import path_of
 from msg_adapters.poses import pose_from_msg
 from scene_graph_msgs.msg import PointContact
 

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from picture import Camera, trace
 from PIL import Image, ImageDraw, ImageFont
 from visualization_msgs.msg import Marker
 
+from common.picture import Camera, trace
 from scene_graph_ros.views.surfaces import pressure_colors
 
 PAD = "left_pad"

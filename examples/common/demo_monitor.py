@@ -9,9 +9,7 @@ import sys
 import time
 from typing import Any
 
-from camera_images import CameraListener
 from diagnostic_msgs.msg import DiagnosticArray
-from names_of_geometry import path_of, paths_of
 import numpy as np
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
@@ -20,6 +18,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from tqdm import tqdm
 from visualization_msgs.msg import Marker, MarkerArray
 
+from common.camera_images import CameraListener
+from common.names_of_geometry import path_of, paths_of
 from scene_graph_msgs.msg import ContactArray
 from scene_graph_msgs.srv import ComputeSignedDistancePairwise, DescribeScene, ListEffects
 

@@ -6,11 +6,11 @@ import copy
 from pathlib import Path
 
 import numpy as np
-from picture import Camera, trace
 from PIL import Image, ImageDraw
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker
 
+from common.picture import Camera, trace
 from msg_adapters.markers import SceneMarkers
 from msg_adapters.scene import marker_items, SceneNames
 from scene_graph_ros.geometry import Role

@@ -7,10 +7,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from picture import Camera, trace
 from PIL import Image, ImageDraw, ImageFont
 from visualization_msgs.msg import Marker
-from world_planner import WorldPlanner
+
+from common.picture import Camera, trace
+from common.world_planner import WorldPlanner
 
 CAMERA = Camera(
     eye=(-1.25, -1.1, 1.75), target=(0.08, 0.5, 0.8), field_of_view=34.0, width=560, height=600

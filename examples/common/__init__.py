@@ -1,0 +1,1 @@
+"""What several examples share: pictures, processes' ends, a client that plans."""

@@ -1,0 +1,51 @@
+"""Shapes as messages, in metres."""
+
+from __future__ import annotations
+
+from scene_graph_msgs.msg import Shape
+
+__all__ = ["box", "capsule", "convex", "cylinder", "ellipsoid", "half_space", "mesh", "sphere"]
+
+
+def _shape(kind: int, *dimensions: float) -> Shape:
+    return Shape(kind=kind, dimensions=[float(value) for value in dimensions])
+
+
+def sphere(radius: float) -> Shape:
+    """Return a ball."""
+    return _shape(Shape.SPHERE, radius)
+
+
+def box(x: float, y: float, z: float) -> Shape:
+    """Return a box of these edge lengths, centred on its origin."""
+    return _shape(Shape.BOX, x, y, z)
+
+
+def capsule(radius: float, length: float) -> Shape:
+    """Return a cylinder along z with half balls on its ends, which ``length`` leaves out."""
+    return _shape(Shape.CAPSULE, radius, length)
+
+
+def cylinder(radius: float, length: float) -> Shape:
+    """Return a cylinder along z, centred on its origin."""
+    return _shape(Shape.CYLINDER, radius, length)
+
+
+def ellipsoid(a: float, b: float, c: float) -> Shape:
+    """Return an ellipsoid of these semi-axes along x, y and z."""
+    return _shape(Shape.ELLIPSOID, a, b, c)
+
+
+def half_space() -> Shape:
+    """Return all points with z <= 0."""
+    return _shape(Shape.HALF_SPACE)
+
+
+def mesh(resource: str, scale: float = 1.0) -> Shape:
+    """Return the surface in a mesh file, by a path or ``package://`` as the node sees it."""
+    return Shape(kind=Shape.MESH, resource=resource, scale=[float(scale)] * 3)
+
+
+def convex(resource: str, scale: float = 1.0) -> Shape:
+    """Return the convex hull of a mesh file; named as in `mesh`."""
+    return Shape(kind=Shape.CONVEX, resource=resource, scale=[float(scale)] * 3)
