@@ -23,7 +23,7 @@ DRAWN = "text"
 
 _FENCE = re.compile(r"^```(\S*)\n(.*?)^```$", re.M | re.S)
 _MARK = re.compile(r"<!-- (not run|printed by): (.+?) -->\n\Z", re.S)
-_TIME = re.compile(r"\d[\d.]*(?:e[+-]?\d+)?(?= (?:ns|µs|us|ms|s|min|h|joint states)\b)")
+_TIME = re.compile(r"\d[\d.]*(?:e[+-]?\d+)?(?= ?(?:ns|µs|us|ms|s|min|h|joint states)\b)")
 """Figures that vary from run to run: times, and what is counted at a fixed rate."""
 
 
