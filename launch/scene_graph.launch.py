@@ -11,12 +11,27 @@ from launch.substitutions import (
     EnvironmentVariable,
     LaunchConfiguration,
     PathJoinSubstitution,
+    PythonExpression,
 )
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
 
 from launch import LaunchDescription
+
+# Topics of the node that the configuration of RViz has, below the node's name as it is by default.
+SHOWN = (
+    "cameras/wrist/color/image",
+    "contact_markers",
+    "contact_surface_markers",
+    "contact_surface_points",
+    "markers/illustration",
+    "markers/perception",
+    "markers/plan",
+    "markers/proximity",
+    "markers/regions",
+)
+CONFIGURED = "/scene_graph"
 
 TRANSPORTS = "FASTDDS_BUILTIN_TRANSPORTS"
 
@@ -44,6 +59,12 @@ def _argument(name: str, default: object, description: str) -> DeclareLaunchArgu
     return DeclareLaunchArgument(name, default_value=default, description=description)
 
 
+def _below(name: str) -> PythonExpression:
+    """Return a topic below the node's whole name, with or without a namespace."""
+    whole = [LaunchConfiguration("namespace"), "/", LaunchConfiguration("name"), f"/{name}"]
+    return PythonExpression(["'/' + '/'.join(filter(None, '", *whole, "'.split('/')))"])
+
+
 def generate_launch_description() -> LaunchDescription:
     """Describe the node, and RViz where it is wanted."""
     use_sim_time = ParameterValue(LaunchConfiguration("use_sim_time"), value_type=bool)
@@ -67,5 +88,6 @@ def generate_launch_description() -> LaunchDescription:
         condition=IfCondition(LaunchConfiguration("rviz")),
         arguments=["-d", LaunchConfiguration("rviz_config")],
         parameters=[{"use_sim_time": use_sim_time}],
+        remappings=[(f"{CONFIGURED}/{topic}", _below(topic)) for topic in SHOWN],
     )
     return LaunchDescription([*(_argument(*row) for row in ARGUMENTS), node, rviz])

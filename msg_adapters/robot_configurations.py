@@ -32,6 +32,10 @@ __all__ = [
 ]
 
 
+_MOST_LISTED = 12
+"""Names that an error about an unknown one lists."""
+
+
 class RobotNames:
     """What robots have, by ``<robot>/<name>``; ``<name>`` where only one of them has it."""
 
@@ -53,6 +57,15 @@ class RobotNames:
         """Return a name without its robot's where only one robot has it."""
         return self._short[row]
 
+    def _known(self) -> str:
+        """Say which names there are, where they are few."""
+        if not self.names:
+            return f"; no robot has a {self._noun} at all"
+        if len(self.names) > _MOST_LISTED:
+            return ""
+        listed = ", ".join(self.short(row) for row in range(len(self.names)))
+        return f" (there {'is' if len(self.names) == 1 else 'are'} {listed})"
+
     def row(self, name: str, field: str) -> int:
         """Return which one a name of a message's field means.
 
@@ -65,6 +78,7 @@ class RobotNames:
             known = [*self._rows, *self._bare]
             raise UnknownIdError(
                 f"{field}: no robot has a {self._noun} {quoted(name)}{suggestion(name, known)}"
+                f"{self._known()}"
             )
         if len(found) > 1:
             several = ", ".join(self.names[row] for row in found[:5])

@@ -9,7 +9,7 @@ usable, 1 if one is not, and 2 for a wrong call.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 import json
 from pathlib import Path
@@ -31,7 +31,9 @@ from scene_graph_ros.mesh_check import (
 from scene_graph_ros.node.effects.declarations import EFFECT_NAMES
 from scene_graph_ros.node.effects.demand import count_compliant, count_deformable
 from scene_graph_ros.node.runtime.names import NODE_NAME
+from scene_graph_ros.node.runtime.parameter import GIVEN_BY_ROS
 from scene_graph_ros.node.runtime.parameter_checks import validate
+from scene_graph_ros.node.runtime.parameter_sections import full_name, reaches, sections_of
 from scene_graph_ros.node.runtime.parameters import PARAMETERS
 from scene_graph_ros.node.topic_names import topic_problems
 from scene_graph_ros.node.world.half_spaces import check_half_spaces
@@ -50,10 +52,6 @@ from scene_graph_ros.scene_files.yaml_document import parse_yaml, YamlDocument
 
 __all__ = ["Checker", "Report", "main"]
 
-_PARAMETERS_KEY = "ros__parameters"
-_GIVEN_BY_ROS = ("use_sim_time", "start_type_description_service")
-"""Parameters that every node has; so are those below ``qos_overrides``."""
-
 
 @dataclass
 class Report:
@@ -70,8 +68,12 @@ class Report:
 class Checker:
     """Checks files one after the other; an SRDF is checked with the last URDF before it."""
 
-    def __init__(self, packages: Packages, picture: Path | None = None) -> None:
-        """Check with packages; ``picture`` is where mesh files are drawn, if anywhere."""
+    def __init__(self, packages: Packages, picture: Path | None = None, node: str = "") -> None:
+        """Check with packages; ``picture`` is where mesh files are drawn, if anywhere.
+
+        ``node`` is the whole name of the node that parameters are for; empty: any namespace.
+        """
+        self._node = node
         self._packages = packages
         self._picture = picture
         self._robot: RobotModel | None = None
@@ -177,15 +179,30 @@ class Checker:
 
     def _check_parameters(self, report: Report, document: YamlDocument) -> None:
         count = 0
-        for path, values in _parameter_sections(document.data, ()):
+        for path, values in sections_of(document.data):
+            place = document.location(*path)
             if not isinstance(values, dict):
-                report.errors.append(f"{document.location(*path)}: must be a mapping")
-            elif _is_ours(path):
+                report.errors.append(f"{place}: must be a mapping")
+            elif self._is_ours(path):
                 count += len(values)
                 self._check_values(report, document, path, values)
+                if self._node:
+                    report.notes.append(f"{place}: {self._node} takes {', '.join(values)}")
+            elif self._node:
+                report.warnings.append(
+                    f"{place}: {self._node} takes none of these, which are for {full_name(path)}"
+                )
             else:
-                report.warnings.append(f"{document.location(*path)}: another node's, not checked")
+                report.warnings.append(f"{place}: another node's, not checked")
+        if self._node and not count:
+            report.warnings.append(f"{report.file}: {self._node} takes nothing of this file")
         report.summary = _count(count, "parameter")
+
+    def _is_ours(self, path: tuple[str | int, ...]) -> bool:
+        """Tell whether parameters reach the node, or one with this package's usual name."""
+        if self._node:
+            return reaches(path, self._node)
+        return full_name(path).rpartition("/")[2] in (NODE_NAME, "*", "**")
 
     def _check_values(
         self,
@@ -197,7 +214,7 @@ class Checker:
         known = [parameter.name for parameter in PARAMETERS]
         ours = {}
         for name, value in values.items():
-            if name in _GIVEN_BY_ROS or name.partition(".")[0] == "qos_overrides":
+            if name.partition(".")[0] in GIVEN_BY_ROS:
                 continue
             ours[name] = value
             hint = "" if name in known else suggestion(name, known)
@@ -244,7 +261,7 @@ def _kind(path: Path, label: str) -> tuple[str, YamlDocument | None]:
     data = read_limited(path, MAX_TEXT_BYTES)
     if path.suffix in (".yaml", ".yml"):
         document = parse_yaml(data, label)
-        if any(True for _ in _parameter_sections(document.data, ())):
+        if any(True for _ in sections_of(document.data)):
             return "parameters", document
         return "scene", document
     if path.suffix in (".urdf", ".srdf"):
@@ -252,25 +269,6 @@ def _kind(path: Path, label: str) -> tuple[str, YamlDocument | None]:
     if not data.lstrip().startswith(b"<"):
         raise SceneFileError(f"{label}: is neither YAML (named .yaml or .yml) nor a URDF or SRDF")
     return "SRDF" if parse_xml(data, label).child("link") is None else "URDF", None
-
-
-def _parameter_sections(
-    data: Any, path: tuple[str | int, ...]
-) -> Iterator[tuple[tuple[str | int, ...], Any]]:
-    """Yield each ``ros__parameters`` with its path, whatever namespaces it is in."""
-    if not isinstance(data, dict):
-        return
-    for key, value in data.items():
-        if key == _PARAMETERS_KEY:
-            yield (*path, key), value
-        else:
-            yield from _parameter_sections(value, (*path, key))
-
-
-def _is_ours(path: tuple[str | int, ...]) -> bool:
-    """Tell whether parameters at ``path`` reach a node with this package's usual name."""
-    node = str(path[-2]).strip("/").rpartition("/")[2] if len(path) > 1 else ""
-    return node in (NODE_NAME, "*", "**")
 
 
 def _count(number: int, noun: str) -> str:
@@ -328,6 +326,12 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--draw", type=Path, metavar="PICTURE", help="draw the last mesh file and its open edges"
     )
+    parser.add_argument(
+        "--node",
+        default="",
+        metavar="NAME",
+        help="say which parameters a node of this name, such as /cell/scene_graph, takes",
+    )
     parser.add_argument("--strict", action="store_true", help="take warnings for errors")
     parser.add_argument("--quiet", action="store_true", help="print errors only")
     parser.add_argument(
@@ -351,7 +355,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if not (name and separator and folder):
             parser.error(f"argument --package: expected NAME=FOLDER, got {entry!r}")
         package_map[name] = folder
-    checker = Checker(Packages(package_map, tuple(options.package_path)), options.draw)
+    packages = Packages(package_map, tuple(options.package_path))
+    checker = Checker(packages, options.draw, options.node and f"/{options.node.strip('/')}")
     failed = 0
     for file in options.files:
         report = checker.check(file)

@@ -192,7 +192,8 @@ def summary(monitor: Monitor, answers: dict[str, Any]) -> str:
         f"{monitor.elapsed:.1f} s; the node used {100 * monitor.cpu_share:.0f} % of one core",
         f"Latency    pose sent to contacts at this reader's middleware: median {median:.1f} ms,"
         f" 99 % {p99:.1f} ms",
-        f"Contacts   {len(deepest)} pairs touched, at most {max(counts)} at once; deepest:",
+        "Contacts   objects go in circles through what is near, as nothing holds them back;",
+        f"           {len(deepest)} pairs touched, at most {max(counts)} at once; deepest:",
         *(f"    {1000 * depth:7.2f} mm   {a} - {b}" for (a, b), depth in deepest[:CLOSEST_PAIRS]),
         f"Camera     {monitor.camera.frames} times colour, depth and labels from {CAMERA}",
         "Closest    pairs that are apart at the end (within 0.1 m):",

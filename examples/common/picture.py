@@ -211,6 +211,7 @@ def annotate(image: Image.Image, camera: Camera, contacts: Sequence[PointContact
     draw = ImageDraw.Draw(image, "RGBA")
     font = ImageFont.load_default(17)
     deepest = sorted(contacts, key=lambda contact: -contact.depth)
+    taken: list[tuple[float, float]] = []
     for number, contact in enumerate(deepest, start=1):
         p_WC = np.array([contact.point_a.x, contact.point_a.y, contact.point_a.z])
         nhat_BA_W = np.array([contact.normal.x, contact.normal.y, contact.normal.z])
@@ -220,7 +221,7 @@ def annotate(image: Image.Image, camera: Camera, contacts: Sequence[PointContact
         draw.ellipse([x - 6, y - 6, x + 6, y + 6], fill=(*CONTACT_COLOR, 255), outline="white")
         if number <= LEGEND_ROWS:
             draw.text(
-                (tip_x + 6, tip_y - 12),
+                free_place(tip_x + 6, tip_y - 12, taken),
                 str(number),
                 font=font,
                 fill=(*CONTACT_COLOR, 255),
@@ -239,6 +240,16 @@ def annotate(image: Image.Image, camera: Camera, contacts: Sequence[PointContact
         ]
     for x, y, text in legend:
         draw.text((camera.width + x, y), text, font=font, fill=(30, 30, 40, 255))
+
+
+def free_place(
+    x: float, y: float, taken: list[tuple[float, float]], size: float = 20.0
+) -> tuple[float, float]:
+    """Return a place for a number, from (x, y) on down, where none is yet; and take it, pixels."""
+    while any(abs(x - a) < size and abs(y - b) < size for a, b in taken):
+        y += size
+    taken.append((x, y))
+    return x, y
 
 
 def draw_scene(

@@ -28,6 +28,7 @@ from scene_graph_ros.node.runtime.garbage_collection import keep_what_is_there, 
 from scene_graph_ros.node.runtime.log_folder import log_problem
 from scene_graph_ros.node.runtime.names import NODE_NAME
 from scene_graph_ros.node.runtime.parameters import PARAMETERS
+from scene_graph_ros.node.runtime.ros_arguments import problem_of, said_by_ros, unreached
 
 __all__ = ["make_executor", "run"]
 
@@ -55,12 +56,18 @@ def make_executor(node: SceneGraphNode) -> Executor:
 
 def run(args: Sequence[str] | None, ending: Ending) -> int:
     """Run the node until its end is requested; return the exit code of the process."""
-    _usage().parse_args(remove_ros_args(sys.argv if args is None else args)[1:])
+    given = list(sys.argv if args is None else args)
+    problem = problem_of(given)
+    if not problem:
+        try:
+            _usage().parse_args(remove_ros_args(given)[1:])
+        except RuntimeError as error:
+            problem = said_by_ros(error)
     sys.setswitchinterval(_SWITCH_INTERVAL)
     # The node says it in its log.
     warnings.simplefilter("ignore", KernelCacheWarning)
     os.environ.setdefault(_PROFILES_FILE, str(Path(__file__).with_name("fast_dds.xml")))
-    problem = log_problem()
+    problem = problem or log_problem()
     if problem:
         sys.stderr.write(f"scene_graph: {problem}\n")
         return 1
@@ -68,7 +75,7 @@ def run(args: Sequence[str] | None, ending: Ending) -> int:
     # ROS's own handlers would end the context while callbacks still publish.
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     with mesh_color_warnings_told(get_logger(NODE_NAME).warning):
-        code = _serve(ending)
+        code = _serve(ending, given)
     rclpy.shutdown()
     # What the middleware shares with other processes goes with the last object that refers to it.
     gc.collect()
@@ -76,13 +83,15 @@ def run(args: Sequence[str] | None, ending: Ending) -> int:
     return code
 
 
-def _serve(ending: Ending) -> int:
+def _serve(ending: Ending, args: Sequence[str]) -> int:
     """Make the node and spin it; return the exit code."""
     try:
         node = SceneGraphNode()
     except (ParameterException, ValueError, OSError, LookupError) as error:
         sys.stderr.write(f"scene_graph: {error}\n")
         return 1
+    for warning in unreached(args, node.get_fully_qualified_name()):
+        node.get_logger().warning(warning)
     ending.timeout = node.server.parameter("shutdown_timeout")
     keep_what_is_there()
     _spin_until(ending.requested, node)

@@ -11,6 +11,7 @@ from scene_graph_ros.scene_files.filters_in_scene import apply_filters
 from scene_graph_ros.scene_files.geometries_in_scene import add_frames, add_geometries
 from scene_graph_ros.scene_files.instances import pose_from_spec
 from scene_graph_ros.scene_files.loaded_scene import LoadedScene
+from scene_graph_ros.scene_files.property_names import property_warnings
 from scene_graph_ros.scene_files.robots_in_scene import add_robots
 from scene_graph_ros.scene_files.scene_file import SceneFile
 
@@ -25,6 +26,7 @@ _MULTI_DOF = "sensor_msgs/msg/MultiDOFJointState"
 def apply_scene(scene: SceneFile, scene_graph: SceneGraph, prefix: str) -> LoadedScene:
     """Register the scene; on an error, remove what was registered of it and raise."""
     application = Application(scene, scene_graph, prefix)
+    application.warnings.extend(property_warnings(scene))
     try:
         _add_sources(application)
         _add_parts(application)

@@ -40,6 +40,7 @@ def description(monkeypatch):
             "EnvironmentVariable",
             "LaunchConfiguration",
             "PathJoinSubstitution",
+            "PythonExpression",
         ),
         "launch_ros": (),
         "launch_ros.actions": ("Node",),
@@ -142,6 +143,9 @@ def test_rviz_shows_the_topics_of_the_node():
     displays = content["Visualization Manager"]["Displays"]
     topics = {display["Topic"]["Value"] for display in displays if "Topic" in display}
     ours = (
+        names.MARKERS_PLAN,
+        names.MARKERS_REGIONS,
+        "~/cameras/wrist/color/image",
         names.MARKERS_ILLUSTRATION,
         names.MARKERS_PROXIMITY,
         names.MARKERS_PERCEPTION,
@@ -150,6 +154,25 @@ def test_rviz_shows_the_topics_of_the_node():
         names.CONTACT_SURFACE_POINTS,
     )
     assert topics == {topic.replace("~", f"/{names.NODE_NAME}") for topic in ours}
+
+
+@pytest.mark.parametrize(
+    ("namespace", "whole"),
+    [("", "/looker"), ("cell", "/cell/looker"), ("/a/cell/", "/a/cell/looker")],
+)
+def test_the_launch_file_has_rviz_show_the_node_that_it_starts(description, namespace, whole):
+    """Each topic of the configuration, whatever the node's name and namespace are."""
+    rviz = next(i for i in description if getattr(i, "kwargs", {}).get("package") == "rviz2")
+    content = yaml.safe_load((ROOT / "config" / "scene_graph.rviz").read_text())
+    displays = content["Visualization Manager"]["Displays"]
+    shown = {display["Topic"]["Value"] for display in displays if "Topic" in display}
+    assert shown == {configured for configured, _ in rviz.kwargs["remappings"]}
+    given = {"namespace": namespace, "name": "looker"}
+    for configured, expression in rviz.kwargs["remappings"]:
+        (parts,) = expression.args
+        text = "".join(part if isinstance(part, str) else given[part.args[0]] for part in parts)
+        # As PythonExpression does with what its parts say.
+        assert eval(text) == configured.replace("/scene_graph", whole)
 
 
 def test_every_parameter_is_described():
@@ -165,7 +188,10 @@ def test_every_parameter_is_described():
 @pytest.mark.parametrize(
     ("values", "problem"),
     [
-        ({"marker_rate": 30}, "marker_rate must be a number, not 30"),
+        ({"marker_rate": "30"}, "marker_rate must be a number, not '30'"),
+        ({"marker_rate": 0}, "at least"),
+        ({"marker_rate": 10**400}, "at most 1000"),
+        ({"marker_rate": True}, "marker_rate must be a number, not True"),
         ({"marker_rate": float("nan")}, "finite"),
         ({"marker_rate": 0.0}, "at least"),
         ({"executor_threads": 65}, "at most 64"),
@@ -208,3 +234,8 @@ def test_parameters_can_be_read_without_ros():
         cwd=ROOT,
         env={**os.environ, "PYTHONPATH": str(ROOT)},
     )
+
+
+def test_whole_numbers_do_where_numbers_are_asked_for():
+    """As people write them."""
+    assert validate({"marker_rate": 30, "min_update_rate": 1}) == []

@@ -373,3 +373,67 @@ def test_a_mesh_file_is_reported_and_drawn(capsys, tmp_path):
         " inside"
     ]
     assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+PROPERTIES = """version: 1
+sources: [{name: s}]
+geometries:
+  - name: g
+    source: s
+    shape: {type: sphere, radius: 1}
+    roles:
+      proximity:
+        mesh: {represntation: triangles}
+        hydroelastc: {margin: 0}
+        material: {colour: 3}
+        own: {anything: 1}
+      illustration: {phong: {difuse: [1, 0, 0]}}
+"""
+
+
+def test_properties_that_nothing_reads_are_named(capsys, tmp_path):
+    """Of known groups, and groups that are nearly called so; errors where that is asked for."""
+    scene = write(tmp_path, "scene.yaml", PROPERTIES)
+    place = "geometries[0].roles"
+    told = [
+        f"{scene}:9: {place}.proximity.mesh.represntation: group 'mesh' has no property"
+        " 'represntation'; did you mean 'representation'?",
+        f"{scene}:10: {place}.proximity.hydroelastc: no group of properties that anything reads;"
+        " did you mean 'hydroelastic'?",
+        f"{scene}:11: {place}.proximity.material.colour: group 'material' has no property"
+        " 'colour'; it has dynamic_friction, hunt_crossley_dissipation, point_contact_stiffness,"
+        " static_friction",
+        f"{scene}:13: {place}.illustration.phong.difuse: group 'phong' has no property 'difuse';"
+        " did you mean 'diffuse'?",
+    ]
+    status, _, err = check(capsys, scene)
+    assert (status, err) == (0, [f"warning: {each}" for each in told])
+    assert check(capsys, "--strict", scene)[0] == 1
+
+
+OF_NODES = """/cell/scene_graph:
+  ros__parameters: {marker_rate: 10}
+/**:
+  ros__parameters: {accuracy: quick}
+scene_graph:
+  ros__parameters: {min_update_rate: 5.0}
+"""
+
+
+def test_which_parameters_a_node_of_a_name_takes(capsys, tmp_path):
+    """With its namespace; what is for others is named, too."""
+    file = write(tmp_path, "parameters.yaml", OF_NODES)
+    node = "/cell/scene_graph"
+    status, out, err = check(capsys, "--node", node, file)
+    assert status == 0
+    assert [line.partition(": ")[2].partition(": ")[2] for line in out[:2]] == [
+        f"/cell/scene_graph.ros__parameters: {node} takes marker_rate",
+        f"/**.ros__parameters: {node} takes accuracy",
+    ]
+    assert out[2] == f"{file}: parameters ok: 2 parameters, 1 warning"
+    assert len(err) == 1
+    assert err[0].endswith(f"{node} takes none of these, which are for /scene_graph")
+    assert check(capsys, "--strict", "--node", node, file)[0] == 1
+    other = write(tmp_path, "other.yaml", "a: {ros__parameters: {scene: x}}")
+    _, _, err = check(capsys, "--node", "cell/scene_graph", other)
+    assert err[-1] == f"warning: {other}: {node} takes nothing of this file"

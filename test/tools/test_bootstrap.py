@@ -3,6 +3,7 @@
 from concurrent.futures import ThreadPoolExecutor, wait
 import sys
 import sysconfig
+import threading
 
 import pytest
 
@@ -199,3 +200,15 @@ def test_cmake_files_get_this_machines_include_folders(tmp_path):
     file.write_text('set(x "/opt/python/cp3x/lib/libsomething.so")')
     with pytest.raises(SetupError, match=r"libsomething\.so"):
         environment.relocate_cmake_files(tmp_path)
+
+
+def test_steps_at_once_are_numbered_as_they_end(tmp_path, capsys):
+    """Whichever began first."""
+    setup, first = Setup(tmp_path / "setup", count=3), threading.Event()
+    setup.step("before", "key", [], lambda: None)
+    setup.side_by_side(
+        lambda: (setup.step("slow", "key", [], lambda: first.wait(60.0)), None)[1],
+        lambda: (setup.step("quick", "key", [], lambda: None), first.set())[1],
+    )
+    numbers = [line.partition(":")[0] for line in capsys.readouterr().out.splitlines()]
+    assert numbers == ["[1/3] before", "[2/3] quick", "[3/3] slow"]

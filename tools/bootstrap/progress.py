@@ -42,8 +42,8 @@ def digest(paths: Iterable[Path], *more: str) -> str:
 class _Step:
     """A step that runs: what is said of it."""
 
-    def __init__(self, index: int, name: str) -> None:
-        self.index, self.name = index, name
+    def __init__(self, name: str) -> None:
+        self.name = name
         self.start = time.monotonic()
         self.last_line = ""
 
@@ -60,7 +60,7 @@ class Setup:
         self._state = state
         self._count = count
         self._lock = threading.RLock()
-        self._index = 0
+        self._ended = 0
         self._running: list[_Step] = []
         self._processes: set[subprocess.Popen[str]] = set()
         self._mine = threading.local()
@@ -71,9 +71,7 @@ class Setup:
         self, name: str, key: str, products: Sequence[Path], action: Callable[[], None]
     ) -> None:
         """Call ``action``, unless it was done for this ``key`` and its products still exist."""
-        with self._lock:
-            self._index += 1
-            step = self._mine.step = _Step(self._index, name)
+        step = self._mine.step = _Step(name)
         stamp = self._state / "stamps" / name.replace(" ", "_")
         if stamp.is_file() and stamp.read_text() == key and all(p.exists() for p in products):
             self._print(step, "ready")
@@ -163,8 +161,12 @@ class Setup:
             self._print(step, f"{step.seconds:.0f} s: {step.last_line}", is_last=False)
 
     def _print(self, step: _Step, text: str, *, is_last: bool = True) -> None:
-        line = f"[{step.index}/{self._count}] {step.name}: {text}"
+        line = f"{step.name}: {text}"
         with self._lock:
+            if is_last:
+                # Steps count as they end: several run at once.
+                self._ended += 1
+                line = f"[{self._ended}/{self._count}] {line}"
             if not self._is_terminal:
                 print(line[:150], flush=True)
                 return
@@ -174,8 +176,9 @@ class Setup:
                 running = list(self._running)
                 share = width // max(len(running), 1)
                 line = "".join(
-                    f"[{each.index}/{self._count}] {each.name}: {each.seconds:.0f} s: "
-                    f"{each.last_line}"[: share - 1].ljust(share)
+                    f"{each.name}: {each.seconds:.0f} s: {each.last_line}"[: share - 1].ljust(
+                        share
+                    )
                     for each in running
                 )
             print(f"\r\033[K{line[:width]}", end="\n" if is_last else "", flush=True)

@@ -14,12 +14,16 @@ from rcl_interfaces.msg import (
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 
-from scene_graph_ros.node.runtime.parameter import Parameter
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.located import suggestion
+from scene_graph_ros.node.runtime.parameter import GIVEN_BY_ROS, Parameter
 from scene_graph_ros.node.runtime.parameter_checks import validate
 from scene_graph_ros.node.runtime.parameters import PARAMETERS
 
 __all__ = ["NodeParameters", "descriptor"]
 
+
+_KNOWN = {*(p.name for p in PARAMETERS), *GIVEN_BY_ROS}
 
 _SET = "set"
 """What others are told of a parameter that is secret, if it was given."""
@@ -65,6 +69,15 @@ class NodeParameters:
 
     def __init__(self, node: Node) -> None:
         """Declare all parameters; raises ValueError listing what is wrong with their values."""
+        self._numbers = {p.name for p in PARAMETERS if isinstance(p.default, float)}
+        overrides = node._parameter_overrides
+        overrides.update({p.name: p for p in self._as_numbers(list(overrides.values()))})
+        for name in overrides:
+            if name.partition(".")[0] not in _KNOWN:
+                hint = suggestion(name, [p.name for p in PARAMETERS])
+                node.get_logger().warning(
+                    f"parameter {quoted(name)} is unknown, and ignored{hint}"
+                )
         secrets = {p.name: _hide(node, p) for p in PARAMETERS if p.is_secret}
         for parameter in PARAMETERS:
             node.declare_parameter(parameter.name, parameter.default, descriptor(parameter))
@@ -73,11 +86,21 @@ class NodeParameters:
         problems = validate(self._values)
         if problems:
             raise ValueError("; ".join(problems))
+        node.add_pre_set_parameters_callback(self._as_numbers)
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._take)
 
     def __getitem__(self, name: str) -> Any:
         return self._values[name]
+
+    def _as_numbers(self, parameters: list[RosParameter]) -> list[RosParameter]:
+        """Return parameters with whole numbers as doubles where these are asked for."""
+        return [
+            RosParameter(p.name, RosParameter.Type.DOUBLE, float(p.value))
+            if p.name in self._numbers and p.type_ is RosParameter.Type.INTEGER
+            else p
+            for p in parameters
+        ]
 
     def _ours(self, parameters: list[RosParameter]) -> dict[str, Any]:
         return {p.name: p.value for p in parameters if p.name in self._values}

@@ -6,7 +6,10 @@ from dataclasses import dataclass
 import math
 from typing import Any
 
-__all__ = ["Parameter", "Value"]
+__all__ = ["GIVEN_BY_ROS", "Parameter", "Value"]
+
+GIVEN_BY_ROS = ("use_sim_time", "start_type_description_service", "qos_overrides")
+"""Parameters that every node has, and what comes before those of its topics."""
 
 Value = bool | int | float | str
 
@@ -35,7 +38,7 @@ class Parameter:
             return f"{self.name} must be one of {', '.join(self.choices)}, not {value!r}"
         if isinstance(value, (bool, str)):
             return None
-        if not math.isfinite(value):
+        if isinstance(value, float) and not math.isfinite(value):
             return f"{self.name} must be finite, not {value!r}"
         if self.minimum is not None and value < self.minimum:
             return f"{self.name} must be at least {self.minimum}, not {value!r}"
@@ -48,5 +51,5 @@ _TYPE_NAMES = {bool: "true or false", int: "an integer", float: "a number", str:
 
 
 def _has_type(value: Any, default: Value) -> bool:
-    # A bool is an int to Python, but not to ROS; neither is an integer a double.
-    return type(value) is type(default)
+    # A bool is an int to Python, but not to ROS. A whole number does where one is asked for.
+    return type(value) is type(default) or (type(default) is float and type(value) is int)

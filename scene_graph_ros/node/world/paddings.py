@@ -1,11 +1,7 @@
-"""Paddings of single pairs, which hold for all requests about robots. No rclpy.
-
-A side of a pair is a frame with all geometry on it, one geometry, or everything (None).
-"""
+"""Paddings of single pairs, which hold for all requests about robots. No rclpy."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
 import math
 from typing import Any
 
@@ -14,11 +10,11 @@ from msg_adapters.names import SceneNames
 from msg_adapters.robot_configurations import padding_from_msg
 from scene_graph_ros.geometry.errors import OwnershipError, UnknownIdError
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
-from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.quoting import quoted
-from scene_graph_ros.node.world.scene import Edit, PaddedSide
+from scene_graph_ros.node.world.padded_sides import PaddedSide
+from scene_graph_ros.node.world.scene import Edit
 
-__all__ = ["geometry_paddings", "set_padding"]
+__all__ = ["set_padding"]
 
 
 def set_padding(request: Any, response: Any, edit: Edit) -> None:
@@ -52,32 +48,6 @@ def set_padding(request: Any, response: Any, edit: Edit) -> None:
             edit.paddings.pop(pair, None)
         if is_set:
             edit.paddings[a, b] = padding_from_msg(value, "paddings")
-
-
-def geometry_paddings(
-    paddings: Mapping[tuple[PaddedSide, PaddedSide], float], inspector: Any
-) -> list[tuple[Collection[GeometryId] | None, Collection[GeometryId] | None, float]]:
-    """Return the geometries of both sides of each pair, None for all, and the padding (m).
-
-    What is named more exactly comes later, and of what is named alike the newest.
-    """
-    ordered = sorted(paddings.items(), key=lambda item: sum(map(_exactness, item[0])))
-    return [
-        (_geometries(a, inspector), _geometries(b, inspector), value) for (a, b), value in ordered
-    ]
-
-
-def _exactness(side: PaddedSide) -> int:
-    return 0 if side is None else 1 if isinstance(side, FrameId) else 2
-
-
-def _geometries(side: PaddedSide, inspector: Any) -> Collection[GeometryId] | None:
-    if side is None:
-        return None
-    if isinstance(side, GeometryId):
-        return (side,)
-    found: Collection[GeometryId] = inspector.get_geometries(side, Role.PROXIMITY)
-    return found
 
 
 def _side(name: str, names: SceneNames) -> PaddedSide:

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from msg_adapters.robot_configurations import RobotNames
 from scene_graph_ros.geometry.errors import UnknownIdError
 from scene_graph_ros.geometry.model.snapshot import Snapshot
-from scene_graph_ros.node.world.paddings import geometry_paddings
-from scene_graph_ros.node.world.scene import PaddedSide
+from scene_graph_ros.node.world.padded_sides import geometry_paddings, PaddedSide
 from scene_graph_ros.planning import RobotDiagram, SceneGraphCollisionChecker
 from scene_graph_ros.planning.pairs.checker_plan import carrier
 

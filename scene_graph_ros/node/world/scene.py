@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, TYPE_CHECKING, TypeAlias
+from typing import Any, TYPE_CHECKING
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from scene_graph_ros.node.runtime.names import DEFAULT_POSE_TYPE
 from scene_graph_ros.node.world.deformables import deformables_by_source, SourceDeformables
 from scene_graph_ros.node.world.handles import Handle
 from scene_graph_ros.node.world.intake import SourceFrames, UNSTAMPED
+from scene_graph_ros.node.world.padded_sides import PaddedSide
 from scene_graph_ros.node.world.scene_robots import SceneRobots
 
 if TYPE_CHECKING:
@@ -33,10 +34,7 @@ if TYPE_CHECKING:
     from scene_graph_ros.geometry.perception import CameraDescription
     from scene_graph_ros.node.world.robot_motion import RobotMotion
 
-__all__ = ["Attachment", "Edit", "PaddedSide", "Scene", "SourceRecord"]
-
-PaddedSide: TypeAlias = "FrameId | GeometryId | None"
-"""What has a padding to something: all geometry on a frame, a geometry, or None: everything."""
+__all__ = ["Attachment", "Edit", "Scene", "SourceRecord"]
 
 
 @dataclass(frozen=True)

@@ -110,6 +110,10 @@ class _Problem(NamedTuple):
         return proofs
 
 
+PATIENCE = 60.0
+"""Seconds that a path is looked for where nobody says how long, as the node does."""
+
+
 def plan_path(
     checker: SceneGraphCollisionChecker,
     start: ArrayLike,
@@ -117,7 +121,7 @@ def plan_path(
     *,
     planner: str | OmplPlanner = "rrt_connect",
     seed: int = 0,
-    timeout: float | None = None,
+    timeout: float | None = PATIENCE,
     group: str | None = None,
     roadmap: Roadmap | None = None,
     least_saving: float = LEAST_SAVING,
@@ -139,7 +143,7 @@ def plan_path(
 
     The path is the same for the same ``seed``, unless it ran out of time: ``timeout`` (s) ends the
     search for shorter ones, too; kernels that are not compiled yet are, before time is counted.
-    Without one, a search goes on until there is a path, a tree has 2^20 configurations, or
+    With None a search goes on until there is a path, a tree has 2^20 configurations, or
     KeyboardInterrupt. It notices both within 0.1 s. ``watch`` is told how far it has come, about
     every 0.05 s and in the thread that called; what it raises ends the search and is raised.
 

@@ -26,6 +26,9 @@ class Node:
         """Return a parameter."""
         return self.values[name]
 
+    def add_pre_set_parameters_callback(self, callback):
+        """Let nobody change what is set."""
+
     def add_on_set_parameters_callback(self, callback):
         """Let nobody be asked."""
 

@@ -120,6 +120,14 @@ for (const box of document.querySelectorAll("[data-role]")) {
 $("#contacts").addEventListener("change", (event) => connection.ask({ contacts: event.target.checked }));
 $("#filter").addEventListener("input", (event) => tree.find(event.target.value));
 $("#fit").addEventListener("click", fit);
+const fold = (isFolded) => {
+  $("#panel").toggleAttribute("data-is-folded", isFolded);
+  $("#fold").setAttribute("aria-expanded", String(!isFolded));
+  $("#fold").textContent = isFolded ? "▸" : "▾";
+};
+$("#fold").addEventListener("click", () => fold(!$("#panel").hasAttribute("data-is-folded")));
+// On a phone the scene comes first.
+fold(window.matchMedia("(max-width: 640px)").matches);
 $("#theme").addEventListener("click", () => {
   root.dataset.theme = root.dataset.theme === "light" ? "dark" : "light";
   redraw();

@@ -25,7 +25,7 @@ export class Selection {
     const [role, ...names] = item.path;
     const rows = [["name", names.join("/")], ["shape", `${item.shape}, ${role}`]];
     if (item.position) {
-      rows.push(["at", `${fixed(item.position)} m`], ["turned", fixed(item.rotation)]);
+      rows.push(["at", `${fixed(item.position)} m`], ["turned (x, y, z, w)", fixed(item.rotation)]);
     }
     const touching = this.world.contacts ? this.world.touching(item) : null;
     rows.push(["touches", touching ? `${touching.length || "nothing"}` : "tick contacts"]);
