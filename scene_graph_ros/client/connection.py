@@ -108,6 +108,17 @@ class Connection:
                 self._changed.wait(min(left, 0.05))  # the graph of ROS wakes nobody
         return value
 
+    def in_thread(self, function: Callable[[], Any]) -> Any:
+        """Return what a function returns, called in the thread that takes messages.
+
+        Where rclpy sends first and notes afterwards what it has sent, as with goals of actions,
+        an answer that is faster is not taken for one in another thread.
+        """
+        task = self._executor.create_task(function)
+        task.add_done_callback(lambda _: self.notify())
+        self.wait(task.done, "the thread of the client")
+        return task.result()
+
     def client(self, kind: Any, name: str, timeout: float | None = None) -> Any:
         """Return the client of a service that is there. Raises WorldError."""
         full = name if name.startswith("/") else f"{self.target}/{name}"

@@ -112,19 +112,19 @@ class Planner:
                 said = feedback.feedback
                 watch(_STATES.get(said.state, "planning"), float(said.seconds))
 
-        sent = action.send_goal_async(goal, feedback_callback=tell)
+        sent = connection.in_thread(lambda: action.send_goal_async(goal, feedback_callback=tell))
         sent.add_done_callback(lambda _: connection.notify())
         connection.wait(sent.done, "the acceptance of the goal")
         handle = sent.result()
         if not handle.accepted:
             raise WorldError("plan_path: the node takes no more goals now", "UNAVAILABLE")
-        future = handle.get_result_async()
+        future = connection.in_thread(handle.get_result_async)
         future.add_done_callback(lambda _: connection.notify())
         try:
             # Others may come before; the node's own limit holds from when its turn has come.
             connection.wait(future.done, "the plan", 10.0 * timeout + connection.timeout)
         except BaseException:
-            handle.cancel_goal_async()
+            connection.in_thread(handle.cancel_goal_async)
             raise
         result = future.result().result
         check(result.status, "plan_path")

@@ -93,10 +93,7 @@ class _Spec(BaseModel):
 
 
 class PoseSpec(_Spec):
-    """A pose: position and rotation, the latter as fixed-axis angles or as a quaternion.
-
-    Or a matrix, in which no digit is lost.
-    """
+    """A pose: a position, and fixed-axis angles or a quaternion; or a matrix, without loss."""
 
     xyz: Annotated[list[Coordinate], Field(min_length=3, max_length=3)] = [0.0, 0.0, 0.0]
     rpy: Annotated[list[Number], Field(min_length=3, max_length=3)] | None = Field(

@@ -6,27 +6,12 @@ import importlib.util
 import os
 
 import pytest
+from small_arm import ARM
 
 os.environ.setdefault("ROS_PYTHON_CHECK_FIELDS", "1")
 HAS_ROS = importlib.util.find_spec("rclpy") is not None
 collect_ignore_glob = [] if HAS_ROS else ["*test_*.py"]
 
-LINK = """
-  <link name="{name}">
-    <collision><origin xyz="0.25 0 0"/><geometry><box size="0.5 0.1 0.1"/></geometry></collision>
-    <visual><origin xyz="0.25 0 0"/><geometry><box size="0.5 0.1 0.1"/></geometry></visual>
-  </link>"""
-ARM = f"""<robot name="arm">
-  <link name="base"/>{LINK.format(name="upper")}{LINK.format(name="lower")}
-  <joint name="shoulder" type="revolute">
-    <parent link="base"/><child link="upper"/><axis xyz="0 0 1"/>
-    <limit lower="-3" upper="3" effort="1" velocity="2"/>
-  </joint>
-  <joint name="elbow" type="revolute">
-    <parent link="upper"/><child link="lower"/><origin xyz="0.6 0 0"/><axis xyz="0 0 1"/>
-    <limit lower="-2" upper="2" effort="1" velocity="2"/>
-  </joint>
-</robot>"""
 CELL = """version: 1
 sources: [{name: cell}, {name: objects}]
 robots: [{name: arm, urdf: arm.urdf}]

@@ -83,8 +83,14 @@ def test_a_plan_is_found_and_executed(world):
     execution.close()
     # One that stays where it is is named; and one that is stopped is told where to hold.
     controller.moves = False
+    end = np.array([np.cos(1.0), np.sin(1.0)])
+    world.connection.wait(
+        lambda: np.allclose(world.pose("arm/upper")[:2, 0], end, atol=1e-9), "the arm's report"
+    )
     back = world.plan({"shoulder": 0.0, "elbow": 0.0})
     waiting = world.execute(back, "trajectory")
+    # It tells its joints when it has the trajectory, and stays.
+    world.connection.wait(lambda: max(waiting.distances.values()) < 2.0, "the joints")
     with pytest.raises(WorldError, match=r"joint 'shoulder' is 1 from its end, and may be 0.01"):
         waiting.wait(timeout=0.0)
     waiting.stop()
@@ -180,3 +186,25 @@ def test_who_is_not_there_is_named_with_who_is(cell):
             WorldError, match=r"no node /scene_graph .*there is /lab/geometry.*Rem"
         ):
             world.wait_until_ready(timeout=0.0)
+
+
+def test_an_answer_that_is_faster_than_the_question_counts(world, monkeypatch):
+    """A goal that is accepted before rclpy has noted that it was sent is not lost."""
+    from rclpy.action import client as action_client
+
+    world.move_joints({"shoulder": 0.0, "elbow": 0.0})
+    planner = world._planner
+    action = planner._ready_action()
+    threads = []
+    send = action.send_goal_async
+    monkeypatch.setattr(
+        action,
+        "send_goal_async",
+        lambda *given, **named: (
+            threads.append(threading.current_thread()) or send(*given, **named)
+        ),
+    )
+    assert isinstance(action, action_client.ActionClient)
+    assert world.plan({"shoulder": 0.2}).is_success
+    # In the thread that takes messages none can be taken in between.
+    assert threads == [world.connection._thread]

@@ -264,6 +264,8 @@ def assert_documented(error: Exception, name: str, arguments: dict[str, Any]) ->
     for value in arguments.values():
         inner = list(value)[:3] if isinstance(value, (list, tuple, dict, set, np.ndarray)) else []
         words += [_quote(part)[:12].lower() for part in (value, *inner)]
+    if "question" in arguments:
+        words.append("queryobject")  # what a question itself raises is about what it is given
     assert any(word in text for word in words if word), label
 
 
@@ -282,10 +284,19 @@ def state(scene: SimpleNamespace) -> tuple[Any, ...]:
         scene.graph._model.state.version,
         context.model_version,
         context.pose_version,
-        repr(scene.properties),
+        _values(scene.properties),
         (instance.name(), repr(instance.shape()), instance.pose().tobytes()),
-        repr(instance.proximity_properties()),
+        _values(instance.proximity_properties()),
     )
+
+
+def _values(properties: Any) -> Any:
+    """Return all that properties hold, in the order of their names."""
+    return properties and [
+        (group, name, repr(value))
+        for group in sorted(properties.get_group_names())
+        for name, value in sorted(properties.get_properties_in_group(group).items())
+    ]
 
 
 def test_arguments_that_are_right():

@@ -3,11 +3,13 @@
 import json
 from pathlib import Path
 import re
+import runpy
 import shutil
 import subprocess
 import sys
 
 import pytest
+import setuptools
 import yaml
 
 import scene_graph_ros
@@ -117,3 +119,18 @@ def _checked(sample: Path, program: str, *options: str) -> str:
 def _marked(file: Path) -> set[int]:
     lines = file.read_text().splitlines()
     return {number for number, line in enumerate(lines, start=1) if "# wrong" in line}
+
+
+def test_an_installation_has_two_packages_and_their_types(monkeypatch):
+    """`pip install` of a checkout adds no other top-level name, and the marks of types."""
+    said = {}
+    monkeypatch.chdir(ROOT)
+    monkeypatch.setattr(setuptools, "setup", lambda **given: said.update(given))
+    runpy.run_path("setup.py")
+    top = {name.partition(".")[0] for name in said["packages"]}
+    assert top == {"scene_graph_ros", "msg_adapters"}
+    for package in ("scene_graph_ros", "msg_adapters"):
+        assert "py.typed" in said["package_data"][package]
+        assert (ROOT / package / "py.typed").is_file()
+    folders = {p.parent.relative_to(ROOT) for p in ROOT.glob("scene_graph_ros/**/*.py")}
+    assert {".".join(folder.parts) for folder in folders} <= set(said["packages"])

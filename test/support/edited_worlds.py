@@ -180,7 +180,7 @@ def _model(inspector: Any, names: dict[int, str]) -> dict[str, Any]:
             names[int(frame)],
             None if parent is None else names[int(parent)],
             repr(inspector.get_shape(g)),
-            [(role, repr(inspector.get_properties(g, role))) for role in roles],
+            [(role, _values(inspector.get_properties(g, role))) for role in roles],
             inspector.get_pose_in_frame(g).tolist(),
             inspector.get_pose_in_parent(g).tolist(),
             [inspector.get_geometry_id_by_name(frame, role, name) == g for role in roles],
@@ -363,3 +363,12 @@ EDITS: dict[str, Edit] = {
         w.arm, {w.ids["pad"]: 1.1 * w.context.configuration(w.ids["pad"])}
     ),
 }
+
+
+def _values(properties: Any) -> list[tuple[str, str, str]]:
+    """Return all of a role's properties; what they show themselves as is cut."""
+    return [
+        (group, name, repr(value))
+        for group in sorted(properties.get_group_names())
+        for name, value in sorted(properties.get_properties_in_group(group).items())
+    ]

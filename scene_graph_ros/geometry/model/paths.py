@@ -7,6 +7,7 @@ from typing import Any
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
 from scene_graph_ros.geometry.model.state import GeometryState
 from scene_graph_ros.geometry.one_line import cut
+from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = ["GeometryPair", "path_of"]
 
@@ -35,7 +36,17 @@ class GeometryPair(tuple[GeometryId, GeometryId]):
     def __new__(
         cls, id_A: GeometryId, id_B: GeometryId, name_A: str = "", name_B: str = ""
     ) -> GeometryPair:
-        """Make a pair; where a name is not given it is the id."""
+        """Make a pair; where a name is not given it is the id.
+
+        Raises TypeError for what is no id, or no text.
+        """
+        given: Any
+        for label, given in (("id_A", id_A), ("id_B", id_B)):
+            if not isinstance(given, GeometryId):
+                raise TypeError(f"{label} must be a GeometryId, not {quoted(given)}")
+        for label, given in (("name_A", name_A), ("name_B", name_B)):
+            if not isinstance(given, str):
+                raise TypeError(f"{label} must be text, not {quoted(given)}")
         pair = super().__new__(cls, (id_A, id_B))
         pair.name_A = name_A or repr(id_A)
         pair.name_B = name_B or repr(id_B)
