@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 
+from code_blocks import difference, transcript
 import numpy as np
 from PIL import Image
 
@@ -40,6 +41,7 @@ def test_a_ball_in_the_way_of_a_carried_box_is_noticed_and_gone_around(surroundi
     assert done.returncode == 0, done.stdout + done.stderr
     text = done.stdout
     assert "The hand has grasped a box of 16 cm." in text
+    assert not difference(transcript("examples/plan_in_the_world.py") + "Picture: ...", text)
     kept = [float(mm) for mm in re.findall(r"proven to keep ([\d.]+) mm", text)]
     assert len(kept) == 2
     assert min(kept) >= 5.0

@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 
+from code_blocks import difference, transcript
 import numpy as np
 from PIL import Image
 import pytest
@@ -35,6 +36,7 @@ def test_a_panda_moves_there_and_back_through_regions_that_grew_once(surrounding
     assert done.returncode == 0, done.stdout + done.stderr
     text = done.stdout
     assert re.search(r"There: \d+ regions that grew, ", text)
+    assert not difference(transcript("examples/regions_in_the_world.py") + "Picture: ...", text)
     assert re.search(r"And back: \d+ regions, ", text)
     assert text.count("touched nothing.") == 2
     there, back = (float(s) for s in re.findall(r"speeds alone limited ([\d.]+) s", text))

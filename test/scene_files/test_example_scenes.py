@@ -108,7 +108,7 @@ def test_meshes_are_what_their_script_writes():
 def test_examples_of_the_documentation_run(tmp_path):
     """The scene and the Python lines in docs/scene_files.md do what they say."""
     text = (SCENES.parents[1] / "docs" / "scene_files.md").read_text()
-    scene, bodies, cameras, renderers = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)
+    scene, bodies, cameras, renderers, _ = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)
     (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     (tmp_path / "meshes").symlink_to(SCENES / "meshes")
     (tmp_path / "scene.yaml").write_text(scene + cameras + renderers)
@@ -124,19 +124,11 @@ def test_examples_of_the_documentation_run(tmp_path):
     np.testing.assert_array_equal(poses, names["X_WL"])
 
 
-def _load_bodies(geometries, folder):
-    """Load the geometries of the page that press and deform, with the rest that they need."""
+def _load_bodies(scene, folder):
+    """Load the page's scene of geometries that press and deform."""
     (folder / "meshes").mkdir(parents=True)
     trimesh.creation.box([0.1, 0.06, 0.04]).export(folder / "meshes" / "sponge.obj")
-    head = """
-version: 1
-name: soft
-sources: [{name: gripper}, {name: objects}, {name: simulator}]
-frames:
-  - {name: finger, source: gripper}
-  - {name: ball, source: objects, pose: {xyz: [0, 0, 0.033]}}
-"""
-    (folder / "scene.yaml").write_text(head + geometries)
+    (folder / "scene.yaml").write_text(scene)
     scene_graph = SceneGraph()
     loaded = load_scene(folder / "scene.yaml").apply(scene_graph)
     context = scene_graph.create_default_context()

@@ -106,7 +106,7 @@ def _find_sections(tokens: list[Token], page: Page) -> None:
             texts.append(token.content)
             continue
         if heading:
-            page.sections.append(Section(heading, where, "\n".join(texts)))
+            page.sections.append(Section(heading, where, _words(texts)))
         elif not texts:
             page.title = _plain(token)
         heading, where, texts = _plain(token), anchor(_plain(token)), []
@@ -114,7 +114,13 @@ def _find_sections(tokens: list[Token], page: Page) -> None:
         if seen[where] > 1:
             where += f"-{seen[where] - 1}"
         before.attrSet("id", where)
-    page.sections.append(Section(heading, where, "\n".join(texts)))
+    page.sections.append(Section(heading, where, _words(texts)))
+
+
+def _words(texts: list[str]) -> str:
+    """Return what a search shows of texts in Markdown: words, without addresses and signs."""
+    text = re.sub(r"!?\[([^\]]*)\]\([^)]*\)", r"\1", " ".join(texts))
+    return " ".join(re.sub(r"<!--.*?-->|[`*]", "", text).split())
 
 
 def _plain(token: Token) -> str:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 import os
 from pathlib import Path
 import re
 
-__all__ = ["ROOT", "Target", "is_page", "order", "place", "way"]
+__all__ = ["ROOT", "Entry", "Target", "is_page", "order", "place", "way"]
 
 Target = tuple[Path, str]
 """A place on the site: a file below its folder, and an anchor in it."""
@@ -14,6 +15,18 @@ Target = tuple[Path, str]
 ROOT = Path(__file__).resolve().parents[2]
 _README = ROOT / "README.md"
 _PICTURES_AND_DATA = {".png", ".csv"}
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A public name: what a search finds, and what a page may link to."""
+
+    name: str
+    place: Path
+    anchor: str
+    where: str
+    """The module or the kind of definition."""
+    summary: str
 
 
 def is_page(path: Path) -> bool:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
 import importlib
 import os
 from pathlib import Path
@@ -17,11 +16,10 @@ import pdoc.doc
 import pdoc.render
 
 import msg_adapters
-from tools.site.places import place, ROOT, Target, way
+from tools.site.places import Entry, place, ROOT, Target, way
 from tools.site.public import PUBLIC
 
 __all__ = [
-    "Entry",
     "entries",
     "keep_annotations",
     "modules",
@@ -33,16 +31,6 @@ __all__ = [
 
 _OURS = ("scene_graph_ros.", "msg_adapters.")
 """How names of our modules begin."""
-
-
-@dataclass(frozen=True)
-class Entry:
-    """A public name: what a search finds, and what a page may link to."""
-
-    name: str
-    place: Path
-    anchor: str
-    summary: str
 
 
 def modules() -> dict[str, pdoc.doc.Module]:
@@ -172,13 +160,13 @@ def place_of(module: str) -> Path:
 def entries(all_modules: Iterable[pdoc.doc.Module]) -> Iterator[Entry]:
     """Yield each public name of the modules, those of classes with their class."""
     for module in all_modules:
-        there = place_of(module.fullname)
+        name, there = module.fullname, place_of(module.fullname)
         for member in _public(module):
-            yield Entry(member.qualname, there, member.qualname, summary(member))
+            yield Entry(member.qualname, there, member.qualname, name, summary(member))
             if isinstance(member, pdoc.doc.Class):
                 for own in _public(member):
                     if own in member.own_members:
-                        yield Entry(own.qualname, there, own.qualname, summary(own))
+                        yield Entry(own.qualname, there, own.qualname, name, summary(own))
 
 
 def names(all_entries: Iterable[Entry]) -> dict[str, Target]:
