@@ -71,6 +71,8 @@ def are_feet_inside(A: np.ndarray, b: np.ndarray, points: np.ndarray) -> np.ndar
 
     To rounding; then that row is as far as the set.
     """
+    if not len(points) or not len(b):
+        return np.ones(len(points), dtype=np.bool_)
     lengths = np.linalg.norm(A, axis=1)
     lengths[lengths == 0.0] = 1.0
     over = (points @ A.T - b) / lengths

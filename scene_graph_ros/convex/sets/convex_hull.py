@@ -16,6 +16,9 @@ from scene_graph_ros.convex.solve.cones.lift import Ball, equations, joined, Lif
 
 __all__ = ["ConvexHull"]
 
+_FEW_MEMBERS = 8
+"""Of so many the rows of each are few, and programs over cones are better posed than of points."""
+
 _MOST_BOX_DIMENSIONS = 4
 """A box's corners are twice as many with each dimension, its rows two more."""
 
@@ -77,9 +80,10 @@ class ConvexHull(ConvexSet):
     def lift(self) -> Lift:
         """Return ``x = x_1 + x_2 + ...``, ``t_1 + t_2 + ... = 1``, x_k in t_k times set k.
 
-        Sets that are hulls of points themselves are one set of all these points.
+        Many sets that are hulls of points themselves are one set of all these points.
         """
-        corners = [_own_corners(each) for each in self._participating]
+        is_many = len(self._participating) > _FEW_MEMBERS
+        corners = [_own_corners(each) if is_many else None for each in self._participating]
         hull = [found for found in corners if found is not None]
         others = [
             each for each, found in zip(self._participating, corners, strict=True) if found is None
