@@ -255,6 +255,13 @@ class GraphOfConvexSets:
         if isinstance(flows, GraphOfConvexSetsResult):
             shares = [flows.flows.get(edge.id, 0.0) for edge in self.edges]
         else:
+            given: Iterable[Any] = flows
+            for edge in given:
+                if not isinstance(edge, Edge) or not self.is_valid(edge):
+                    raise ConvexSetError(
+                        "GraphOfConvexSets.sample_paths: flows must be of this graph's edges, not"
+                        f" of {quoted(edge)}"
+                    )
             shares = [float(flows.get(edge, 0.0)) for edge in self.edges]
         most = 5 if chosen.max_rounded_paths is None else chosen.max_rounded_paths
         if most < 1:

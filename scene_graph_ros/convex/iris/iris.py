@@ -163,16 +163,25 @@ class _Grower:
             ):
                 self._end_without_sample()
                 break
-            self.region, self._rows_of = region, rows_of
             if options.termination_func is not None and options.termination_func(region):
-                self._reason = "termination_func"
+                self._end_by_caller()
+                break
+            self.region, self._rows_of = region, rows_of
             try:
                 found = inscribed(region)
             except (ConvexSetError, SolverError):
-                self._reason = self._reason or "thin"
+                self._reason = "thin"
                 break
             self._ellipsoid, B, center = found, found.B, found.center
             self._take_volume(unit_ball_volume(len(center)) * abs(float(np.linalg.det(B))))
+
+    def _end_by_caller(self) -> None:
+        self._reason = "termination_func"
+        if not self._volumes:
+            raise ConvexSetError(
+                "iris: termination_func is true of the first region already, so that there is"
+                " none to return"
+            )
 
     def _end_without_sample(self) -> None:
         self._reason = "sample"

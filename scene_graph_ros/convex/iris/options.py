@@ -42,7 +42,8 @@ class IrisOptions:
     verify_domain_boundedness: bool = True
     """Refuse an unbounded domain at once; who knows that it is bounded saves that proof."""
     termination_func: Callable[[HPolyhedron], bool] | None = None
-    """Asked about each new region; growing ends with the one of which it says True."""
+    """Asked about each new region; growing ends where it says True, with the region before. It is
+    an error where it says that of the first."""
 
     def __post_init__(self) -> None:
         """Check all values."""

@@ -131,10 +131,26 @@ def is_near(p: np.ndarray, found: tuple[float, np.ndarray, float]) -> bool:
 
 
 def check_gaps(asked: Any, points: Any, nearest: Any, distances: Any, gaps: Any) -> None:
-    """Raise SolverError where a gap of a nearest point is larger than promised."""
+    """Raise SolverError where a gap of a nearest point is larger than promised.
+
+    Relative to coordinates or to the set's size, whichever is larger.
+    """
+    size: float | None = None
     for p, x, distance, gap in zip(points, nearest, distances, gaps, strict=True):
-        if not is_near(p, (distance, x, gap)):
-            _check_gap(gap, float(np.abs(np.append(p, x)).max(initial=0.0)), asked, p)
+        if is_near(p, (distance, x, gap)):
+            continue
+        size = _size_of(asked) if size is None else size
+        if distance > _AT_SURFACE * size:
+            coordinates = float(np.abs(np.append(p, x)).max(initial=0.0))
+            _check_gap(gap, max(size, coordinates), asked, p)
+
+
+def _size_of(asked: Any) -> float:
+    """Return how wide a bounded set is along the axis where it is widest; 0 of others."""
+    if not asked.is_bounded():
+        return 0.0
+    axes = np.eye(asked.ambient_dimension)
+    return max(asked.support(d).value + asked.support(-d).value for d in axes)
 
 
 def _nearest_of_unbounded(asked: Any, p: np.ndarray) -> tuple[float, np.ndarray, float]:

@@ -10,7 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from scene_graph_ros.convex.errors import SolverError
 from scene_graph_ros.convex.questions.answers import Support
+from scene_graph_ros.convex.questions.arguments import frozen
+from scene_graph_ros.convex.questions.row_geometry import later_twins
 from scene_graph_ros.convex.solve.floats.quick_bounds import is_bounded_quickly
 from scene_graph_ros.convex.solve.floats.quick_points import (
     center_quickly,
@@ -28,6 +31,8 @@ from scene_graph_ros.convex.solve.floats.quick_supports import (
     extents_quickly,
     support_quickly,
 )
+from scene_graph_ros.convex.solve.nearest.nearest_by_support import nearest_by_support
+from scene_graph_ros.geometry.tolerances import EPSILON
 
 __all__ = [
     "center_of_rows",
@@ -36,10 +41,15 @@ __all__ = [
     "is_row_bounded",
     "meet",
     "point_of_rows",
+    "reached",
     "redundant",
     "rows_that_follow",
     "support_of_rows",
 ]
+
+
+_APART = 8.0 * EPSILON
+"""Relative to coordinates, for each of them: what rounding does to how far a set reaches."""
 
 
 def point_of_rows(A: np.ndarray, b: np.ndarray) -> tuple[bool | None, np.ndarray]:
@@ -93,6 +103,33 @@ def meet(one: Any, other: Any) -> bool | None:
     return None if empty is None else not empty
 
 
+def reached(one: Any, other: Any) -> tuple[bool, tuple[np.ndarray, np.ndarray]]:
+    """Tell whether bounded sets that aren't empty are shown to be apart by a plane between them.
+
+    It is sought as the nearest point to 0 of the differences of their points; how far both reach
+    along it decides, with room for rounding. The points ``(k, n)`` of each that were furthest in
+    some direction come behind.
+    """
+    n, seen = one.ambient_dimension, []
+
+    def reach(direction: np.ndarray) -> tuple[float, np.ndarray, float]:
+        first, second = one.support(direction), other.support(-direction)
+        seen.append((first.point, second.point))
+        gap = first.gap + second.gap
+        return first.value + second.value, first.point - second.point, gap
+
+    is_apart = False
+    try:
+        distance, nearest, _ = nearest_by_support(reach, np.zeros(n))
+        if distance > 0.0:
+            value, _, gap = reach(-nearest / distance)
+            is_apart = value + gap < -_APART * n * float(np.abs(seen).max())
+    except SolverError:  # not known as well as promised how far a curved set reaches
+        pass
+    firsts, seconds = (np.unique(points, axis=0) for points in zip(*seen, strict=True))
+    return is_apart, (firsts, seconds)
+
+
 def is_contained(asked: Any, other: Any, tol: float) -> bool | None:
     """Tell whether a set is in a polyhedron moved out by a distance, None where left open."""
     found = _follow(asked, other, tol, True)
@@ -120,5 +157,11 @@ def _follow(asked: Any, other: Any, tol: float, ends_outside: bool) -> np.ndarra
 
 def redundant(A: np.ndarray, b: np.ndarray, tol: float) -> np.ndarray | None:
     """Return which rows ``(m,)`` can be left out, None where that is left open."""
-    is_kept = np.zeros(len(b), dtype=np.bool_)
-    return ~is_kept if reduce_quickly(A, b, tol, is_kept) else None
+    twins = later_twins(A, b) if tol >= 0.0 else {}
+    alone = np.delete(np.arange(len(b)), list(twins))
+    is_kept = np.zeros(len(alone), dtype=np.bool_)
+    if not reduce_quickly(frozen(A[alone]), frozen(b[alone]), tol, is_kept):
+        return None
+    left_out = np.ones(len(b), dtype=np.bool_)
+    left_out[alone] = ~is_kept
+    return left_out

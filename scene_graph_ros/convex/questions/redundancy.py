@@ -16,6 +16,7 @@ from scene_graph_ros.convex.questions.certificates import (
     length_bound,
 )
 from scene_graph_ros.convex.questions.quick_answers import rows_that_follow
+from scene_graph_ros.convex.questions.row_geometry import later_twins
 from scene_graph_ros.convex.solve.exact.feasibility import find_deepest, find_point
 from scene_graph_ros.convex.solve.exact.maximize import prove_bound
 from scene_graph_ros.convex.solve.exact.proof import Proof
@@ -147,11 +148,39 @@ def reduce_rows(polyhedron: Any, tol: float) -> Reduction:
     those that stay, or comes back, so that distances do not add up.
     """
     tol = checked_tolerance(tol, "reduce_inequalities")
-    A, b = polyhedron.A, polyhedron.b
     start = _inner_point(polyhedron.lifted.rows)
     if start.kind == "farkas":
-        return _of_empty(start, len(b))
-    rows = polyhedron.lifted.rows
+        return _of_empty(start, len(polyhedron.b))
+    twins = later_twins(polyhedron.A, polyhedron.b) if tol >= 0.0 else {}
+    if not twins:
+        return _reduce(polyhedron.lifted.rows, start, tol)
+    alone = np.delete(np.arange(len(polyhedron.b)), list(twins))
+    reduced = _reduce(Rows(polyhedron.A[alone], polyhedron.b[alone]), start, tol)
+    removed = {
+        int(alone[i]): _spread(weights, alone, len(polyhedron.b))
+        for i, weights in reduced.removed.items()
+    }
+    for i, (twin, factor) in twins.items():
+        weights = removed.get(twin)
+        if weights is None:
+            unit = [Fraction(0)] * len(polyhedron.b)
+            unit[twin] = Fraction(1)
+            weights = tuple(unit)
+        removed[i] = tuple(factor * weight for weight in weights)
+    return Reduction(removed, {int(alone[i]): point for i, point in reduced.kept.items()})
+
+
+def _spread(weights: tuple[Fraction, ...], places: np.ndarray, size: int) -> tuple[Fraction, ...]:
+    """Return weights of some rows as weights of all."""
+    found = [Fraction(0)] * size
+    for place, weight in zip(places.tolist(), weights, strict=True):
+        found[place] = weight
+    return tuple(found)
+
+
+def _reduce(rows: Rows, start: Proof, tol: float) -> Reduction:
+    """Find rows that follow from others, of a set of which a point is known."""
+    A, b = rows.A, rows.b
     stays = np.ones(len(b), dtype=bool)
 
     def ask(i: int) -> tuple[Proof, np.ndarray]:

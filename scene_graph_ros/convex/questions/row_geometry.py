@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import numpy as np
 
 from scene_graph_ros.convex.questions.answers import Projection
+from scene_graph_ros.convex.solve.exact.proof import two_to
 from scene_graph_ros.convex.solve.exact.rows import Rows
 from scene_graph_ros.convex.solve.nearest.projection import project_points
+from scene_graph_ros.geometry.tolerances import EPSILON
 
-__all__ = ["are_boxed", "box_of_rows", "distances_outside", "nearest_of_rows"]
+__all__ = [
+    "are_boxed",
+    "are_feet_inside",
+    "box_of_rows",
+    "distances_outside",
+    "later_twins",
+    "nearest_of_rows",
+]
 
 
 def box_of_rows(A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
@@ -53,6 +64,42 @@ def distances_outside(A: np.ndarray, b: np.ndarray, points: np.ndarray) -> np.nd
     over[empty_row] = np.where(b[empty_row] < 0.0, np.inf, -np.inf)[:, np.newaxis]
     result: np.ndarray = over.max(axis=0)
     return np.maximum(result, 0.0, out=result)
+
+
+def are_feet_inside(A: np.ndarray, b: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Tell for which points ``(p, n)`` the nearest point of the furthest row is inside of all.
+
+    To rounding; then that row is as far as the set.
+    """
+    if not len(points) or not len(b):
+        return np.ones(len(points), dtype=np.bool_)
+    lengths = np.linalg.norm(A, axis=1)
+    lengths[lengths == 0.0] = 1.0
+    over = (points @ A.T - b) / lengths
+    rows = over.argmax(axis=1)
+    ways = (over[np.arange(len(points)), rows] / lengths[rows])[:, np.newaxis] * A[rows]
+    sizes = np.abs(points) @ np.abs(A).T + np.abs(b)
+    rounding = 4.0 * (A.shape[1] + 2) * EPSILON * sizes
+    return ((points - ways) @ A.T - b <= rounding).all(axis=1)
+
+
+def later_twins(A: np.ndarray, b: np.ndarray) -> dict[int, tuple[int, Fraction]]:
+    """Return rows that are those of others times a power of two, exactly, and no tighter.
+
+    For each the row that stands for it, the tightest of its kind and of these the last, and the
+    factor.
+    """
+    exponents = np.frexp(np.abs(A).max(axis=1, initial=0.0))[1]
+    sides = np.ldexp(b, -exponents)
+    _, kinds = np.unique(np.ldexp(A, -exponents[:, None]), axis=0, return_inverse=True)
+    order = np.lexsort((-np.arange(len(b)), sides, kinds.ravel()))
+    found, last = {}, -1
+    for i in order.tolist():
+        if last >= 0 and kinds.flat[i] == kinds.flat[last]:
+            found[i] = last, two_to(exponents[i] - exponents[last])
+        else:
+            last = i
+    return found
 
 
 def _scaled(rows: Rows) -> tuple[np.ndarray, np.ndarray]:

@@ -30,6 +30,10 @@ __all__ = ["CartesianProduct"]
 class CartesianProduct(ConvexSet):
     """All x with ``A x + b = (y_1, y_2, ...)`` and y_k in set k; without A and b, x is y.
 
+    The tolerance of `point_in_set` is a distance of y. A map with more rows than columns leaves
+    next to nothing of flat sets in floats: their product is then empty, exactly, and points are
+    in it to a tolerance.
+
     ``CartesianProduct(sets)``, ``CartesianProduct(set, set)``, ``CartesianProduct(sets, A=, b=)``,
     and ``CartesianProduct(query, geometry_id, reference_frame=None)`` for a registered cylinder: a
     disc and a segment.
@@ -169,13 +173,31 @@ class CartesianProduct(ConvexSet):
             np.linalg.norm([each.gaps for each in found], axis=0),
         )
 
+    def _are_near(self, points: np.ndarray, tol: float) -> np.ndarray:
+        parts = self._parts(self._mapped(points))
+        near = np.ones(len(points), dtype=np.bool_)
+        for factor, part in zip(self._factors, parts, strict=True):
+            near &= factor._are_near(part, tol)
+        unsure = np.flatnonzero(near & (self._outside(points) > 0.0))
+        if len(unsure) and tol < np.inf:
+            found = [
+                f._project(part[unsure]) for f, part in zip(self._factors, parts, strict=True)
+            ]
+            distances = np.linalg.norm([each.distances for each in found], axis=0)
+            gaps = np.linalg.norm([each.gaps for each in found], axis=0)
+            near[unsure] = distances - gaps <= tol
+        return near
+
+    def _mapped(self, points: np.ndarray) -> np.ndarray:
+        if self._A is None or self._b is None:
+            return points
+        y: np.ndarray = points @ self._A.T + self._b
+        return y
+
     def _outside(self, points: np.ndarray) -> np.ndarray:
         if not self._factors:
             return np.zeros(len(points))
-        if self._A is not None:
-            found = self.projection(points)
-            return np.full(len(points), np.inf) if found is None else found.distances
-        parts = self._parts(points)
+        parts = self._parts(self._mapped(points))
         each = [f._outside(part) for f, part in zip(self._factors, parts, strict=True)]
         return np.linalg.norm(each, axis=0)
 

@@ -9,6 +9,7 @@ import numpy as np
 from scene_graph_ros.convex.errors import ConvexSetError, SolverError
 from scene_graph_ros.convex.sets.affine_subspace import AffineSubspace
 from scene_graph_ros.convex.solve.exact.feasibility import find_deepest
+from scene_graph_ros.convex.solve.nearest.nearest_in_hull import nearest_in_hull
 from scene_graph_ros.geometry.compiled.kernel import kernel
 from scene_graph_ros.geometry.shapes.convex import Convex
 from scene_graph_ros.geometry.tolerances import EPSILON
@@ -31,6 +32,9 @@ _NEAR = 1e-9
 _SIDE_ROUNDING = 512.0 * EPSILON
 """Relative to how many half widths a set is from the origin: so far may rounding of right sides
 take rows apart that met in one vertex."""
+
+_SAME_CORNER = 1e-12
+"""Relative to a set's size: a corner nearer to the hull of the others is none."""
 
 _SOLID = 1e-6
 """Of a set's half widths: one with a larger ball inside is surely not flat."""
@@ -76,12 +80,27 @@ def corners_of(points: np.ndarray) -> np.ndarray:
     if axes.shape[1] == 1:
         return points[[int(local.argmin()), int(local.argmax())]]
     chosen = np.asarray(_hull(local).vertices)
+    chosen = chosen[_are_apart(points[chosen])]
     if points.shape[1] == 2:
         # Qhull has them counter-clockwise in its coordinates, which may be mirrored.
         if np.linalg.det(axes) < 0.0:
             chosen = chosen[::-1]
         return np.roll(points[chosen], -int(points[chosen][:, 0].argmin()), axis=0)
     return points[np.sort(chosen)]
+
+
+def _are_apart(corners: np.ndarray) -> np.ndarray:
+    """Tell which corners ``(m, n)`` are further than rounding from the hull of the others."""
+    origin = corners[0]
+    local = corners - origin
+    most = _SAME_CORNER * float(np.linalg.norm(np.ptp(local, axis=0)))
+    is_kept = np.ones(len(corners), dtype=np.bool_)
+    for k in range(len(corners)):
+        is_kept[k] = False
+        nearest, _, failed = nearest_in_hull(local[is_kept], local[k : k + 1])
+        distance = float(np.linalg.norm(local[k] - nearest[0]))
+        is_kept[k] = failed >= 0 or distance > most
+    return is_kept
 
 
 def volume_of(points: np.ndarray) -> float:

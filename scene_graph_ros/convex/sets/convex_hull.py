@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -9,9 +10,17 @@ import numpy as np
 from scene_graph_ros.convex.questions.answers import Support
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.convex.sets.members import as_members, common_dimension, member
+from scene_graph_ros.convex.sets.pairwise_intersections import own_box
+from scene_graph_ros.convex.sets.v_polytope import VPolytope
 from scene_graph_ros.convex.solve.cones.lift import Ball, equations, joined, Lift
 
 __all__ = ["ConvexHull"]
+
+_FEW_MEMBERS = 8
+"""Of so many the rows of each are few, and programs over cones are better posed than of points."""
+
+_MOST_BOX_DIMENSIONS = 4
+"""A box's corners are twice as many with each dimension, its rows two more."""
 
 
 class ConvexHull(ConvexSet):
@@ -20,6 +29,8 @@ class ConvexHull(ConvexSet):
     Empty sets don't take part; with ``remove_empty_sets=False`` that is not looked at, and the
     caller answers for it.
     """
+
+    _HAS_QUICK_SUPPORT = True
 
     def __init__(self, sets: Any, remove_empty_sets: bool = True) -> None:
         """Take sets of one dimension. Raises ConvexSetError."""
@@ -48,9 +59,41 @@ class ConvexHull(ConvexSet):
         """Return whether empty sets were looked for."""
         return self._removed
 
+    def _hull_of_points(self) -> Callable[[np.ndarray], ConvexSet] | None:
+        is_exact = all(_own_corners(each) is not None for each in self._participating)
+        return VPolytope if is_exact else None
+
+    def _is_quickly_empty(self) -> bool:
+        return all(each.is_empty() for each in self._participating)
+
+    def _is_quickly_bounded(self) -> bool | None:
+        if all(each.is_bounded() for each in self._participating):
+            return True
+        # An empty set whose rows leave a direction open takes part in that direction.
+        return False if self._removed else None
+
+    def maybe_get_feasible_point(self) -> np.ndarray | None:
+        """Return a point ``(n,)`` of one of the sets; None if there is none."""
+        points = (each.maybe_get_feasible_point() for each in self._participating)
+        return next((point for point in points if point is not None), None)
+
     def lift(self) -> Lift:
-        """Return ``x = x_1 + x_2 + ...``, ``t_1 + t_2 + ... = 1``, x_k in t_k times set k."""
-        n, lifts = self.ambient_dimension, [each.lift() for each in self._participating]
+        """Return ``x = x_1 + x_2 + ...``, ``t_1 + t_2 + ... = 1``, x_k in t_k times set k.
+
+        Many sets that are hulls of points themselves are one set of all these points.
+        """
+        is_many = len(self._participating) > _FEW_MEMBERS
+        corners = [_own_corners(each) if is_many else None for each in self._participating]
+        hull = [found for found in corners if found is not None]
+        others = [
+            each for each, found in zip(self._participating, corners, strict=True) if found is None
+        ]
+        merged = VPolytope(np.concatenate(hull)).lift() if hull else None
+        n, lifts = self.ambient_dimension, [each.lift() for each in others]
+        if merged is not None:
+            if not lifts:
+                return merged
+            lifts.append(merged)
         total = n + len(lifts) + sum(lift.num_variables for lift in lifts)
         E = np.zeros((n + 1, total))
         E[:n, :n], E[n, n : n + len(lifts)] = np.eye(n), 1.0
@@ -77,6 +120,16 @@ class ConvexHull(ConvexSet):
     def _outside(self, points: np.ndarray) -> np.ndarray:
         found = self.projection(points)
         return np.full(len(points), np.inf) if found is None else found.distances
+
+
+def _own_corners(of: ConvexSet) -> np.ndarray | None:
+    """Return points ``(m, n)`` whose hull a set is, without rounding; None where it has none."""
+    if isinstance(of, VPolytope):
+        return of.vertices if len(of.vertices) else None
+    box = own_box(of)
+    if box is None or of.ambient_dimension > _MOST_BOX_DIMENSIONS:
+        return None
+    return VPolytope.make_box(*box).vertices
 
 
 def _scaled(lift: Lift, first: int, share: int, total: int) -> Lift:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import abc
+from collections.abc import Callable
 import functools
 from typing import Any, ClassVar, Literal, overload
 
@@ -28,7 +29,7 @@ from scene_graph_ros.convex.questions.membership import (
     add_point_in_set,
     Membership,
 )
-from scene_graph_ros.convex.questions.quick_answers import meet, support_of_rows
+from scene_graph_ros.convex.questions.quick_answers import meet, reached, support_of_rows
 from scene_graph_ros.convex.solve.cones.lift import Lift, shared_point
 from scene_graph_ros.convex.solve.cutting.cutting import find_in_cones, Found
 from scene_graph_ros.convex.solve.exact.maximize import maximize
@@ -63,6 +64,9 @@ class ConvexSet(abc.ABC):
     _IS_ALWAYS_BOUNDED: ClassVar[bool] = False
     """Whether every set of the kind is bounded."""
 
+    _HAS_QUICK_SUPPORT: ClassVar[bool] = False
+    """Whether the kind knows how far it reaches, where its rows take long to ask."""
+
     def __init__(self, ambient_dimension: int) -> None:
         self._ambient_dimension = ambient_dimension
 
@@ -87,7 +91,14 @@ class ConvexSet(abc.ABC):
 
     @abc.abstractmethod
     def _outside(self, points: np.ndarray) -> np.ndarray:
-        """Return how far points ``(m, n)`` are outside by the measure of the kind, 0 inside."""
+        """Return how far points ``(m, n)`` are outside at least, by the kind's rows; 0 inside."""
+
+    def _are_near(self, points: np.ndarray, tol: float) -> np.ndarray:
+        """Tell which points ``(m, n)`` are at most ``tol`` from the set.
+
+        Here for kinds that know the distance itself.
+        """
+        return self._outside(points) <= tol
 
     def _holds(self, points: np.ndarray) -> np.ndarray:
         """Tell which points ``(m, n)`` are inside, as floats see it."""
@@ -98,15 +109,19 @@ class ConvexSet(abc.ABC):
         return self
 
     def point_in_set(self, x: Any, tol: float = DEFAULT_TOLERANCE) -> Any:
-        """Tell whether points are inside, or outside by at most ``tol``, a distance.
+        """Tell whether points are inside, or at most ``tol``, a distance, from a point inside.
 
-        ``x`` is ``(n,)``, or ``(m, n)`` for an array ``(m,)`` of answers. Raises ConvexSetError.
+        ``x`` is ``(n,)``, or ``(m, n)`` for an array ``(m,)`` of answers. Raises ConvexSetError,
+        also for a negative ``tol``.
         """
         points, is_one = as_points(
             x, f"{type(self).__name__}.point_in_set: x", self._ambient_dimension
         )
-        most = as_number(tol, f"{type(self).__name__}.point_in_set: tol")
-        inside = self._outside(points) <= most
+        label = f"{type(self).__name__}.point_in_set: tol"
+        most = as_number(tol, label)
+        if most < 0.0:
+            raise ConvexSetError(f"{label} must be at least 0, not {most!r}")
+        inside = self._are_near(points, most)
         return bool(inside[0]) if is_one else inside
 
     @overload
@@ -155,6 +170,16 @@ class ConvexSet(abc.ABC):
         """Return a point of the lift in floats. Raises ConvexSetError where the set is empty."""
         return inner_point(self, question)[0]
 
+    def _are_near_by_projection(self, points: np.ndarray, tol: float) -> np.ndarray:
+        """Tell which points are at most ``tol`` from the set, by its nearest points."""
+        if self.is_empty():
+            return np.zeros(len(points), dtype=np.bool_)
+        if tol == np.inf:
+            return np.ones(len(points), dtype=np.bool_)
+        nearest = self._project(points)
+        near: np.ndarray = nearest.distances - nearest.gaps <= tol
+        return near
+
     def _linear_rows(self) -> tuple[np.ndarray, np.ndarray] | None:
         """Return read-only rows of coordinates alone that are the set, None if there are none."""
         return None
@@ -179,12 +204,51 @@ class ConvexSet(abc.ABC):
         quick = None if certificate else meet(self, other)
         if quick is not None:
             return quick
+        quick = None if certificate else self._meets_by_reach(other)
+        if quick is not None:
+            return quick
         decision = is_empty((self, other), "intersects_with")
         return (
             Decision(not decision.value, decision.certificate)
             if certificate
             else not decision.value
         )
+
+    def _meets_by_reach(self, other: ConvexSet) -> bool | None:
+        """Tell whether the sets meet by how far they reach, None where that is left open.
+
+        It is asked where one has many points or members, and the other one reaches quickly.
+        """
+        sets = self, other
+        if not any(each._HAS_QUICK_SUPPORT for each in sets):
+            return None
+        if any(each.is_empty() for each in sets):
+            return False
+        if not all(each.is_bounded() for each in sets) or other._has_matrices():
+            return None
+        apart, points = reached(*sets)
+        if apart:
+            return False
+        fewer = [
+            each if kind is None else kind(reached_there)
+            for each, kind, reached_there in zip(
+                sets, (s._hull_of_points() for s in sets), points, strict=True
+            )
+        ]
+        if fewer[0] is self and fewer[1] is other:
+            return None
+        return True if not is_empty(tuple(fewer), "intersects_with").value else None
+
+    def _has_matrices(self) -> bool:
+        """Tell whether a program has to be solved for how far the set reaches."""
+        return not self._HAS_QUICK_SUPPORT and bool(self.lifted.matrices)
+
+    def _hull_of_points(self) -> Callable[[np.ndarray], ConvexSet] | None:
+        """Return the kind of set that points of this one, as far as it reaches, are the hull of.
+
+        None where these are rounded, and may be outside.
+        """
+        return None
 
     def _check_other(self, other: Any, question: str, kind: type[ConvexSet] | None = None) -> None:
         """Raise ConvexSetError unless it is a set of a kind and of this set's dimension."""

@@ -105,7 +105,8 @@ class Hyperellipsoid(ConvexSet):
                 f"{label}: points have the rank {rank} in {checked.shape[1]} dimensions; use"
                 " AffineBall.minimum_volume_circumscribed_ellipsoid"
             )
-        return cls(AffineBall(found.B, found.center))
+        # The form is an inverse, which rounding moved: none may be left outside.
+        return cls(_around(checked - found.center, found.B, found.center), found.center)
 
     @property
     def A(self) -> np.ndarray:
@@ -194,3 +195,14 @@ class Hyperellipsoid(ConvexSet):
 
     def _shape_with_pose(self) -> tuple[Shape, np.ndarray]:
         return AffineBall(self).to_shape_with_pose()
+
+
+def _around(points: np.ndarray, B: np.ndarray, center: np.ndarray) -> np.ndarray:
+    """Return a form ``A`` near the inverse of B with all points ``(m, n)`` in its ellipsoid."""
+    inverse = AffineBall(B, center).inverse()
+    A, room = inverse, EPSILON
+    while (reached := float(np.linalg.norm(points @ A.T, axis=1).max())) > 1.0:
+        # The entries of a thin ellipsoid's form are rounded, too.
+        A, room = inverse / (reached * (1.0 + room)), 2.0 * room
+        inverse = A
+    return A

@@ -99,7 +99,7 @@ class Hyperrectangle(ConvexSet):
         return None if bounds is None else cls(*bounds)
 
     def _outside(self, points: np.ndarray) -> np.ndarray:
-        return np.maximum(points - self._ub, self._lb - points).max(axis=1, initial=0.0)
+        return np.linalg.norm(points - np.clip(points, self._lb, self._ub), axis=1)
 
     def _support(self, d: np.ndarray) -> Support:
         corner = np.where(d > 0.0, self._ub, self._lb)

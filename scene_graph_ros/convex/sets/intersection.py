@@ -14,10 +14,7 @@ __all__ = ["Intersection"]
 
 
 class Intersection(ConvexSet):
-    """All points that are in each of ``sets``, or in both of two; {0} without any.
-
-    A point counts as inside to a tolerance where it is for each of the sets.
-    """
+    """All points that are in each of ``sets``, or in both of two; {0} without any."""
 
     def __init__(self, sets: Any = (), other: ConvexSet | None = None) -> None:
         """Take sets of one dimension. Raises ConvexSetError."""
@@ -47,3 +44,13 @@ class Intersection(ConvexSet):
     def _outside(self, points: np.ndarray) -> np.ndarray:
         each = [element._outside(points) for element in self._elements]
         return np.max(each, axis=0, initial=0.0) if each else np.zeros(len(points))
+
+    def _are_near(self, points: np.ndarray, tol: float) -> np.ndarray:
+        near = np.ones(len(points), dtype=np.bool_)
+        for element in self._elements:
+            near[near] = element._are_near(points[near], tol)
+        # What is near each may be far from all, next to where their surfaces meet.
+        unsure = np.flatnonzero(near & (self._outside(points) > 0.0))
+        if len(unsure):
+            near[unsure] = self._are_near_by_projection(points[unsure], tol)
+        return near

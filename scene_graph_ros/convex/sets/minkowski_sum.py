@@ -18,6 +18,7 @@ from scene_graph_ros.convex.sets.members import as_members, common_dimension, me
 from scene_graph_ros.convex.sets.v_polytope import VPolytope
 from scene_graph_ros.convex.solve.cones.lift import equations, joined, Lift
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
+from scene_graph_ros.geometry.tolerances import EPSILON
 
 __all__ = ["MinkowskiSum"]
 
@@ -28,6 +29,8 @@ class MinkowskiSum(ConvexSet):
     ``MinkowskiSum(query, geometry_id, reference_frame=None)`` is a registered capsule: a ball and
     a segment.
     """
+
+    _HAS_QUICK_SUPPORT = True
 
     def __init__(
         self,
@@ -60,6 +63,22 @@ class MinkowskiSum(ConvexSet):
             return super().maybe_get_point()
         return np.sum(parts, axis=0) if parts else np.zeros(self.ambient_dimension)
 
+    def _is_quickly_empty(self) -> bool:
+        return any(term.is_empty() for term in self._terms)
+
+    def _is_quickly_bounded(self) -> bool:
+        return self.is_empty() or all(term.is_bounded() for term in self._terms)
+
+    def maybe_get_feasible_point(self) -> np.ndarray | None:
+        """Return the sum ``(n,)`` of points of the sets, rounded; None if one has none."""
+        total = np.zeros(self.ambient_dimension)
+        for term in self._terms:
+            point = term.maybe_get_feasible_point()
+            if point is None:
+                return None
+            total += point
+        return total
+
     def lift(self) -> Lift:
         """Return ``x - x_1 - x_2 - ... = 0`` and the rows of each."""
         n, lifts = self.ambient_dimension, [term.lift() for term in self._terms]
@@ -78,10 +97,11 @@ class MinkowskiSum(ConvexSet):
         for each in reached:
             if each.value == np.inf:
                 return each
+        rounding = len(reached) * EPSILON * sum(abs(each.value) for each in reached)
         return Support(
             sum(each.value for each in reached),
             sum((each.point for each in reached), np.zeros(len(d))),
-            sum(each.gap for each in reached),
+            sum(each.gap for each in reached) + rounding,
         )
 
     def _outside(self, points: np.ndarray) -> np.ndarray:

@@ -23,6 +23,7 @@ from scene_graph_ros.geometry.tolerances import EPSILON
 __all__ = [
     "as_joints",
     "check_if_satisfies_convexity_radius",
+    "check_widths",
     "compute_pairwise_intersections",
     "own_box",
     "translated",
@@ -96,8 +97,8 @@ def compute_pairwise_intersections(
     bounds = None if preprocess_bbox else joints
     boxes_A = _boxes(A, bboxes_A, f"{label}: bboxes_A", bounds)
     boxes_B = boxes_A if is_one_list else _boxes(B, bboxes_B, f"{label}: bboxes_B", bounds)
-    _check_widths(boxes_A, joints, f"{label}: convex_sets_A")
-    _check_widths(boxes_B, joints, f"{label}: convex_sets_B")
+    check_widths(boxes_A, joints, f"{label}: convex_sets_A")
+    check_widths(boxes_B, joints, f"{label}: convex_sets_B")
     pairs, turns = _near_pairs(boxes_A, boxes_B, joints, is_one_list)
     offsets = _TURN * turns
     is_there = _meet_all(A, B, (boxes_A, boxes_B), pairs, offsets)
@@ -207,7 +208,8 @@ def _bounds_along(of: ConvexSet, coordinates: list[int]) -> Boxes | None:
     return -low, high
 
 
-def _check_widths(boxes: Boxes, joints: list[int], label: str) -> None:
+def check_widths(boxes: Boxes, joints: list[int], label: str) -> None:
+    """Raise ConvexSetError where a box ``(m, n)``, ``(m, n)`` is as wide as pi along a joint."""
     widths = (boxes[1] - boxes[0])[:, joints]
     if (widths >= np.pi).any():
         k, column = (int(v) for v in np.argwhere(widths >= np.pi)[0])

@@ -16,6 +16,7 @@ from scene_graph_ros.convex.questions.quick_answers import (
 )
 from scene_graph_ros.convex.questions.row_geometry import (
     are_boxed,
+    are_feet_inside,
     box_of_rows,
     distances_outside,
     nearest_of_rows,
@@ -107,6 +108,16 @@ class RowSet(ConvexSet):
 
     def _outside(self, points: np.ndarray) -> np.ndarray:
         return distances_outside(self._A, self._b, points)
+
+    def _are_near(self, points: np.ndarray, tol: float) -> np.ndarray:
+        outside = self._outside(points)
+        near = outside <= tol
+        # Next to an edge, or where there is nothing, rows are nearer than the set.
+        unsure = np.flatnonzero(near & (outside > 0.0))
+        unsure = unsure[~are_feet_inside(self._A, self._b, points[unsure])]
+        if len(unsure):
+            near[unsure] = self._are_near_by_projection(points[unsure], tol)
+        return near
 
     def _project(self, points: np.ndarray) -> Projection:
         if not self.ambient_dimension:

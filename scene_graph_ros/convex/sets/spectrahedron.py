@@ -23,6 +23,7 @@ from scene_graph_ros.convex.questions.generic import (
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.convex.solve.cones.cone_program import Cone
 from scene_graph_ros.convex.solve.cones.lift import equations, joined, Lift, Semidefinite
+from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.tolerances import EPSILON
 
 __all__ = ["Spectrahedron"]
@@ -46,6 +47,8 @@ class Spectrahedron(ConvexSet):
             F, A, b, E, f = _of_program(F)
             n = A.shape[1]
         else:
+            if isinstance(F, str | bytes):
+                raise ConvexSetError(f"Spectrahedron: F must be matrices, not {quoted(F)}")
             is_several = isinstance(F, (list, tuple)) and bool(F) and _depth(F[0]) == 3
             given = F if is_several else [F]
             given = [each for each in given if _depth(each) or not isinstance(each, Sized)]

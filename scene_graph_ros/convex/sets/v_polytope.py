@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -30,9 +31,13 @@ from scene_graph_ros.convex.solve.cones.lift import Lift
 from scene_graph_ros.convex.solve.nearest.nearest_in_hull import nearest_in_hull
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
 from scene_graph_ros.geometry.shapes.shape import Shape
+from scene_graph_ros.geometry.tolerances import EPSILON
 
 __all__ = ["VPolytope"]
 
+
+_ROUNDING = 4.0 * EPSILON
+"""Relative to coordinates: a nearest point that is off by no more may be the point itself."""
 
 _NOTHING = np.zeros((0, 0))
 
@@ -46,6 +51,7 @@ class VPolytope(ConvexSet):
     """
 
     _IS_ALWAYS_BOUNDED = True
+    _HAS_QUICK_SUPPORT = True
 
     def __init__(
         self,
@@ -92,6 +98,16 @@ class VPolytope(ConvexSet):
         E[:n, :n], E[:n, n:], E[n, n:] = np.eye(n), -self._vertices.T, 1.0
         A = np.concatenate([np.zeros((m, n)), -np.eye(m)], axis=1)
         return Lift(E, np.append(np.zeros(n), 1.0), A, np.zeros(m))
+
+    def maybe_get_feasible_point(self) -> np.ndarray | None:
+        """Return the first vertex; None if there is none."""
+        return self._vertices[0] if len(self._vertices) else None
+
+    def _hull_of_points(self) -> Callable[[np.ndarray], ConvexSet]:
+        return VPolytope
+
+    def _is_quickly_empty(self) -> bool:
+        return not len(self._vertices)
 
     def _half_spaces(self) -> tuple[np.ndarray, np.ndarray]:
         n = self.ambient_dimension
@@ -146,7 +162,9 @@ class VPolytope(ConvexSet):
             return np.full(len(points), np.inf)
         if not self.ambient_dimension:
             return np.zeros(len(points))
-        return np.linalg.norm(points - self._nearest(points), axis=1)
+        found = np.linalg.norm(points - self._nearest(points), axis=1)
+        size = np.abs(points).max(axis=1) + np.abs(self._vertices).max()
+        return np.where(found <= _ROUNDING * np.sqrt(self.ambient_dimension) * size, 0.0, found)
 
     def _support(self, d: np.ndarray) -> Support:
         if not len(self._vertices):

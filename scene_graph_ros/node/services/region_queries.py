@@ -121,13 +121,20 @@ def _options(request: Any, scope: QueryScope) -> IrisOptions:
     if not request.iteration_limit:
         raise MessageError("iteration_limit must be at least 1, not 0")
     end = time.monotonic() + min(request.time_limit or longest, longest)
+    asked: list[HPolyhedron] = []
+
+    def is_late(region: HPolyhedron) -> bool:
+        # The first region is taken, however long it took.
+        asked.append(region)
+        return len(asked) > 1 and time.monotonic() > end
+
     return IrisOptions(
         require_sample_point_is_contained=bool(request.keep_seed),
         iteration_limit=int(request.iteration_limit),
         termination_threshold=request.termination_threshold,
         relative_termination_threshold=request.relative_termination_threshold,
         verify_domain_boundedness=False,
-        termination_func=lambda region: time.monotonic() > end,
+        termination_func=is_late,
     )
 
 

@@ -151,8 +151,12 @@ class CollisionChecker(ChangingChecker, MeasuringChecker, ABC):
     # What follows from that.
 
     def check_config_collision_free(self, q: ArrayLike) -> bool:
-        """Tell whether q ``(nq,)`` is free."""
-        return bool(self.check_configs_collision_free(one_configuration("q", q))[0])
+        """Tell whether q ``(nq,)`` is free.
+
+        Raises KinematicTreeError for another shape and what is not finite.
+        """
+        checked = self._tree.checked_configurations(one_configuration("q", q))
+        return bool(self.check_configs_collision_free(checked)[0])
 
     def check_edges_collision_free(
         self, edges: ArrayLike, *, threads: int = 1

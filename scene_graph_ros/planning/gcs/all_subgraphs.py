@@ -49,19 +49,26 @@ class AllSubgraphs:
 
         self._whole_edits.make(self._undos_of_all, change)
 
-    def _rule_of_regions(self, change: Callable[[Subgraph], None]) -> None:
-        """Change each subgraph whose segments take time, now and later."""
+    def _rule_of_regions(
+        self,
+        change: Callable[[Subgraph], None],
+        concerns: Callable[[Subgraph], bool] = lambda subgraph: subgraph.order > 0,
+    ) -> None:
+        """Change each subgraph that it concerns, now and later: those with segments that move."""
 
         def rule(to: JoinedEdges) -> None:
-            if isinstance(to, Subgraph) and to.order:
+            if isinstance(to, Subgraph) and concerns(to):
                 change(to)
 
         self._rule(rule)
 
     def add_time_cost(self, weight: float = 1.0) -> None:
-        """Add ``weight`` times the duration, of all subgraphs of order 1 and above."""
+        """Add ``weight`` times the duration, of all subgraphs whose segments take time."""
         number = as_nonnegative(weight, "GcsTrajectoryOptimization.add_time_cost: weight")
-        self._rule_of_regions(lambda subgraph: subgraph.add_time_cost(number))
+        self._rule_of_regions(
+            lambda subgraph: subgraph.add_time_cost(number),
+            lambda subgraph: subgraph.variables.has_duration,
+        )
 
     def add_path_length_cost(self, weight: Any = 1.0) -> None:
         """Add a bound of the path's length from above; see `Subgraph.add_path_length_cost`."""

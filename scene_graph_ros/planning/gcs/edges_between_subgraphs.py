@@ -60,11 +60,11 @@ class EdgesBetweenSubgraphs(JoinedEdges):
         """
         return tuple(self._bounds)
 
-    def _join(self, u: Vertex, v: Vertex, offset: np.ndarray) -> Edge:
-        edge = super()._join(u, v, offset)
+    def _join(self, u: Vertex, v: Vertex, offset: np.ndarray, turn: np.ndarray) -> Edge:
+        edge = super()._join(u, v, offset, turn)
         if self._subspace is not None:
             A, b, is_equation = self._subspace
-            at = self._second.path(v.id, 0)
+            at = self._second.path(v.id, 0) - turn
             edge.add_constraint(A @ at == b if is_equation else A @ at <= b)
         return edge
 

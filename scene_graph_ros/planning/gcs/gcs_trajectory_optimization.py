@@ -27,8 +27,14 @@ from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.gcs.all_subgraphs import AllSubgraphs
 from scene_graph_ros.planning.gcs.arguments import as_count
 from scene_graph_ros.planning.gcs.edges_between_subgraphs import EdgesBetweenSubgraphs
-from scene_graph_ros.planning.gcs.joined_edges import as_pairs, Bounds, JoinedEdges
-from scene_graph_ros.planning.gcs.region_pairs import meeting_between, meeting_inside, Pairs
+from scene_graph_ros.planning.gcs.joined_edges import Bounds, JoinedEdges
+from scene_graph_ros.planning.gcs.region_pairs import (
+    as_pairs,
+    GivenPairs,
+    Meeting,
+    meetings_between,
+    meetings_inside,
+)
 from scene_graph_ros.planning.gcs.result import (
     GcsTrajectoryResult,
     measured,
@@ -99,8 +105,8 @@ class GcsTrajectoryOptimization(AllSubgraphs):
         self,
         regions: Sequence[ConvexSet],
         order: int,
-        h_min: float = 1e-6,
-        h_max: float = 20.0,
+        h_min: float | None = None,
+        h_max: float | None = None,
         name: str = "",
         *,
         edges_between_regions: Sequence[tuple[int, int]] | None = None,
@@ -108,18 +114,21 @@ class GcsTrajectoryOptimization(AllSubgraphs):
     ) -> Subgraph:
         """Add bounded regions, through each of which leads a Bézier curve of an order.
 
-        It takes from ``h_min`` to ``h_max`` seconds; of order 0 it is a point that takes none.
-        Edges lead both ways between regions that meet, which is decided exactly, or along the
-        pairs ``edges_between_regions``, whose first region is moved by its ``edge_offsets``
-        ``(n,)``. Raises ConvexSetError, which names the region.
+        It takes from ``h_min`` to ``h_max`` seconds, 1e-6 and 20 by default. Of order 0 it is a
+        point, at which the trajectory waits for so long; without both it takes no time. Edges
+        lead both ways between regions that meet, which is decided exactly, or along the pairs
+        ``edges_between_regions``, whose first region is moved by its ``edge_offsets`` ``(n,)``: by
+        default by the whole turns after which it meets the second, or by none. Raises
+        ConvexSetError, which names the region.
         """
         label = (
             f"GcsTrajectoryOptimization.add_regions: {name or f'subgraph {len(self._subgraphs)}'}"
         )
         count = as_count(order, 0, f"{label}: order")
+        takes_time = count > 0 or h_min is not None or h_max is not None
         low, high = (
-            as_nonnegative(value, f"{label}: {what}")
-            for what, value in (("h_min", h_min), ("h_max", h_max))
+            as_nonnegative(default if value is None else value, f"{label}: {what}")
+            for what, value, default in (("h_min", h_min, 1e-6), ("h_max", h_max, 20.0))
         )
         if low > high:
             raise ConvexSetError(f"{label}: h_min = {low} must not be above h_max = {high}")
@@ -127,23 +136,18 @@ class GcsTrajectoryOptimization(AllSubgraphs):
             raise ConvexSetError(f"{label}: regions must be one set or more, not empty")
         for k, region in enumerate(regions):
             self._check_region(region, f"{label}: regions[{k}]")
-        pairs = None
-        if edges_between_regions is not None:
-            sizes = (len(regions), len(regions))
-            pairs = as_pairs(
-                edges_between_regions, edge_offsets, sizes, self._num_positions, label
-            )
-        elif edge_offsets is not None:
-            raise ConvexSetError(f"{label}: edge_offsets need edges_between_regions")
+        given = self._given_pairs(
+            edges_between_regions, edge_offsets, (len(regions), len(regions)), label
+        )
         called = name or f"subgraph {len(self._subgraphs)}"
-        variables = SegmentVariables(count, self._num_positions)
+        variables = SegmentVariables(count, self._num_positions, takes_time)
 
         def add() -> Subgraph:
             subgraph = Subgraph(
                 self._graph, self._whole_edits, regions, variables, (low, high), called
             )
-            meeting = meeting_inside(subgraph, self._joints) if pairs is None else pairs
-            self._connect(subgraph, subgraph, subgraph, meeting)
+            meetings = meetings_inside(subgraph, self._joints, given)
+            self._connect(subgraph, subgraph, subgraph, meetings)
             self._subgraphs.append(subgraph)
             self._apply_rules(subgraph)
             return subgraph
@@ -171,8 +175,8 @@ class GcsTrajectoryOptimization(AllSubgraphs):
         """Let ways lead from the regions of one subgraph to those of another that they meet.
 
         With a ``subspace``, a Point, Hyperrectangle or HPolyhedron, both segments meet in it, and
-        only regions that meet there are joined. Pairs and offsets may be given as in
-        `add_regions`. Raises ConvexSetError.
+        only regions that meet there are joined, also after whole turns of it. Pairs and offsets
+        may be given as in `add_regions`. Raises ConvexSetError.
         """
         label = "GcsTrajectoryOptimization.add_edges"
         self._check_subgraph(from_subgraph, f"{label}: from_subgraph")
@@ -184,18 +188,12 @@ class GcsTrajectoryOptimization(AllSubgraphs):
         between = EdgesBetweenSubgraphs(
             self._graph, self._whole_edits, from_subgraph, to_subgraph, subspace
         )
-        if edges_between_regions is not None:
-            sizes = (from_subgraph.size, to_subgraph.size)
-            pairs = as_pairs(
-                edges_between_regions, edge_offsets, sizes, self._num_positions, label
-            )
-        elif edge_offsets is not None:
-            raise ConvexSetError(f"{label}: edge_offsets need edges_between_regions")
-        else:
-            pairs = meeting_between(from_subgraph, to_subgraph, self._joints, subspace)
+        sizes = (from_subgraph.size, to_subgraph.size)
+        given = self._given_pairs(edges_between_regions, edge_offsets, sizes, label)
+        meetings = meetings_between(from_subgraph, to_subgraph, self._joints, subspace, given)
 
         def add() -> EdgesBetweenSubgraphs:
-            self._connect(between, from_subgraph, to_subgraph, pairs)
+            self._connect(between, from_subgraph, to_subgraph, meetings)
             self._between.append(between)
             self._apply_rules(between)
             return between
@@ -206,11 +204,22 @@ class GcsTrajectoryOptimization(AllSubgraphs):
         yield self._graph._additions_undone()
         yield from super()._undos()
 
+    def _given_pairs(
+        self, pairs: Any, offsets: Any, sizes: tuple[int, int], label: str
+    ) -> GivenPairs | None:
+        """Return the pairs and offsets that are given, if any. Raises ConvexSetError."""
+        if pairs is not None:
+            return as_pairs(pairs, offsets, sizes, self._num_positions, label)
+        if offsets is not None:
+            raise ConvexSetError(f"{label}: edge_offsets need edges_between_regions")
+        return None
+
     def _connect(
-        self, edges: JoinedEdges, first: Subgraph, second: Subgraph, pairs: Pairs
+        self, edges: JoinedEdges, first: Subgraph, second: Subgraph, meetings: list[Meeting]
     ) -> None:
-        for (i, j), offset in zip(*pairs, strict=True):
-            edges._join(first.vertices[i], second.vertices[j], offset)
+        starts, ends = first.vertices, second.vertices
+        for i, j, offset, turn in meetings:
+            edges._join(starts[i], ends[j], offset, turn)
 
     def remove_subgraph(self, subgraph: Subgraph) -> None:
         """Remove a subgraph, with all edges to and from it. Raises ConvexSetError."""
@@ -253,7 +262,7 @@ class GcsTrajectoryOptimization(AllSubgraphs):
         By default the relaxation is solved and the best of five paths that it suggests returned;
         with ``convex_relaxation=False`` paths are searched until the gap is closed. The trajectory
         is None where there is none, and the result's ``reason`` says why; it is None, too, where
-        a path has no region of order 1 and above.
+        no region of a path takes time.
 
         Raises ConvexSetError for other subgraphs and for costs that may be negative, SolverError
         where the solver failed, or where what it found is not what is promised.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -16,8 +16,6 @@ from scene_graph_ros.convex.graphs.expressions.transcription import (
 from scene_graph_ros.convex.graphs.graph import GraphOfConvexSets
 from scene_graph_ros.convex.graphs.model.edge import Edge, Vertex
 from scene_graph_ros.convex.graphs.model.whole_edits import as_before, Undo, whole_edit, WholeEdits
-from scene_graph_ros.convex.questions.arguments import as_vector
-from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.gcs.arguments import as_count
 from scene_graph_ros.planning.gcs.nonlinear_terms import (
     continue_derivative,
@@ -26,14 +24,13 @@ from scene_graph_ros.planning.gcs.nonlinear_terms import (
 from scene_graph_ros.planning.gcs.placeholders import (
     control_points,
     duration,
+    new_placeholder,
     placed_constraint,
     placed_cost,
-    U,
-    V,
 )
 from scene_graph_ros.planning.gcs.segment_variables import SegmentVariables
 
-__all__ = ["JoinedEdges", "Used", "as_pairs"]
+__all__ = ["JoinedEdges", "Used"]
 
 Used = Iterable[Transcription] | Transcription
 """In which programs something counts."""
@@ -56,6 +53,7 @@ class JoinedEdges:
     ) -> None:
         self._whole_edits = whole_edits
         self._graph, self._first, self._second, self._name = graph, first, second, name
+        self._u, self._v = new_placeholder(), new_placeholder()
         self._edges: list[Edge] = []
         self._offsets: dict[int, np.ndarray] = {}
         self._continuity = 0
@@ -95,8 +93,11 @@ class JoinedEdges:
         """The highest order of a derivative that both segments of an edge have."""
         return min(self._first.order, self._second.order)
 
-    def _join(self, u: Vertex, v: Vertex, offset: np.ndarray) -> Edge:
-        """Add an edge whose two segments meet; the first is moved by an offset ``(n,)``."""
+    def _join(self, u: Vertex, v: Vertex, offset: np.ndarray, turn: np.ndarray) -> Edge:
+        """Add an edge whose two segments meet; the first is moved by an offset ``(n,)``.
+
+        ``turn`` ``(n,)`` is that of the subspace in which they meet, if there is one.
+        """
         edge = self._graph.add_edge(u, v, f"{u.name} -> {v.name}")
         end = self._first.path(u.id, self._first.order)
         edge.add_constraint(end + offset == self._second.path(v.id, 0))
@@ -196,12 +197,12 @@ class JoinedEdges:
 
         They stand for those of every edge here, in `add_edge_cost` and `add_edge_constraint`.
         """
-        return control_points(self._first, U), control_points(self._second, V)
+        return control_points(self._first, self._u), control_points(self._second, self._v)
 
     def edge_constituent_vertex_durations(self) -> tuple[Any, Any]:
         """Return the durations of both segments. Raises ConvexSetError where one has none."""
         label = f"{self._name}: edge_constituent_vertex_durations"
-        return duration(self._first, U, label), duration(self._second, V, label)
+        return duration(self._first, self._u, label), duration(self._second, self._v, label)
 
     @whole_edit
     def add_edge_cost(self, cost: Any, use_in_transcription: Used = ALL_TRANSCRIPTIONS) -> None:
@@ -210,8 +211,9 @@ class JoinedEdges:
         ``use_in_transcription`` says in which programs it counts, as for edges of all graphs.
         """
         label = f"{self._name}: add_edge_cost: cost"
+        placed_cost(cost, {self._u: 0, self._v: 0}, label)  # refused without edges, too
         for edge in self._edges:
-            meant = {U: edge.u.id, V: edge.v.id}
+            meant = {self._u: edge.u.id, self._v: edge.v.id}
             edge.add_cost(placed_cost(cost, meant, label), use_in_transcription)
 
     @whole_edit
@@ -220,41 +222,7 @@ class JoinedEdges:
     ) -> None:
         """Add a convex constraint to each edge, of the same expressions."""
         label = f"{self._name}: add_edge_constraint: constraint"
+        placed_constraint(constraint, {self._u: 0, self._v: 0}, label)  # as above
         for edge in self._edges:
-            meant = {U: edge.u.id, V: edge.v.id}
+            meant = {self._u: edge.u.id, self._v: edge.v.id}
             edge.add_constraint(placed_constraint(constraint, meant, label), use_in_transcription)
-
-
-def as_pairs(
-    pairs: Any, offsets: Any, sizes: tuple[int, int], num_positions: int, label: str
-) -> tuple[list[tuple[int, int]], list[np.ndarray]]:
-    """Return pairs of indices below ``sizes``, and offsets ``(n,)``. Raises ConvexSetError."""
-    found: list[tuple[int, int]] = []
-    for k, pair in enumerate(pairs):
-        if not isinstance(pair, Sequence | np.ndarray) or len(pair) != 2:
-            raise ConvexSetError(
-                f"{label}: edges_between_regions[{k}] must be a pair of indices,"
-                f" not {quoted(pair)}"
-            )
-        ends = [
-            as_count(index, 0, f"{label}: edges_between_regions[{k}][{side}]")
-            for side, index in enumerate(pair)
-        ]
-        for side, (index, size) in enumerate(zip(ends, sizes, strict=True)):
-            if index >= size:
-                raise ConvexSetError(
-                    f"{label}: edges_between_regions[{k}][{side}] must be below {size}, the number"
-                    f" of regions, not {index}"
-                )
-        found.append((ends[0], ends[1]))
-    if offsets is None:
-        return found, [np.zeros(num_positions)] * len(found)
-    if len(offsets) != len(found):
-        raise ConvexSetError(
-            f"{label}: edge_offsets must be as many as edges_between_regions, {len(found)}, not"
-            f" {len(offsets)}"
-        )
-    return found, [
-        as_vector(offset, f"{label}: edge_offsets[{k}]", num_positions)
-        for k, offset in enumerate(offsets)
-    ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+import itertools
 from typing import Any
 
 from scene_graph_ros.convex.errors import ConvexSetError
@@ -17,13 +18,20 @@ from scene_graph_ros.convex.graphs.expressions.expressions import (
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.gcs.segment_variables import SegmentVariables
 
-__all__ = ["HERE", "Placeholders", "U", "V", "placed_constraint", "placed_cost"]
+__all__ = ["Placeholders", "new_placeholder", "placed_constraint", "placed_cost"]
 
-HERE, U, V = -1, -2, -3
-"""In place of the numbers of vertices, which are 0 and above: of a vertex, of both of an edge."""
+_numbers = itertools.count(-1, -1)
 
 Placeholders = Mapping[int, int]
 """The numbers of vertices that are meant, by what stands for them."""
+
+
+def new_placeholder() -> int:
+    """Return a number to stand for a vertex, whose numbers are 0 and above; no other is the same.
+
+    So expressions of one subgraph are told from those of another.
+    """
+    return next(_numbers)
 
 
 def control_points(variables: SegmentVariables, key: int) -> tuple[Affine, ...]:
@@ -32,18 +40,19 @@ def control_points(variables: SegmentVariables, key: int) -> tuple[Affine, ...]:
 
 
 def duration(variables: SegmentVariables, key: int, label: str) -> Affine:
-    """Return the duration. Raises ConvexSetError for order 0, which has none."""
-    if not variables.order:
-        raise ConvexSetError(f"{label}: regions of order 0 take no time")
+    """Return the duration. Raises ConvexSetError where segments take no time."""
+    if not variables.has_duration:
+        raise ConvexSetError(f"{label}: regions of order 0 without h_min and h_max take no time")
     return variables.time(key)
 
 
 def _placed(of: Affine, meant: Placeholders, label: str) -> Affine:
     unknown = [key for key in of.terms if key not in meant]
     if unknown:
+        whose = f"vertex {unknown[0]}" if unknown[0] >= 0 else "another subgraph or its edges"
         raise ConvexSetError(
             f"{label}: the expression must be of this subgraph's own control points and durations;"
-            f" it has those of vertex {unknown[0]}"
+            f" it has those of {whose}"
         )
     return Affine({meant[key]: m for key, m in of.terms.items()}, of.constant, of.is_number)
 

@@ -104,18 +104,28 @@ def trajectory_of(steps: Sequence[Step]) -> CompositeTrajectory | None:
         if end - start < step.duration:
             # Rounded so that nothing becomes faster.
             end = float(np.nextafter(end, np.inf))
-        if not step.subgraph.order:
-            continue
+        if np.ptp(step.points, axis=0).max(initial=0.0) > 0.0 and _takes_no_time(step):
+            raise SolverError(
+                f"{step.vertex.name}: the way through the region takes no time; give add_regions"
+                " an h_min above 0, or a bound of velocities"
+            )
         if step.duration <= 0.0:
-            if np.ptp(step.points, axis=0).max(initial=0.0) > 0.0:
-                raise SolverError(
-                    f"{step.vertex.name}: the way through the region takes no time; give"
-                    " add_regions an h_min above 0, or a bound of velocities"
-                )
             continue
         segments.append(BezierCurve(start, end, step.points))
         start = end
     return CompositeTrajectory(tuple(segments)) if segments else None
+
+
+def _takes_no_time(step: Step) -> bool:
+    """Tell whether the duration is zero up to what the solver is off by, and may be zero.
+
+    A bound of velocities says how long a way takes, also where that is next to nothing.
+    """
+    shortest, longest = step.subgraph.durations
+    if step.duration <= 0.0:
+        return True
+    is_bounded = any(np.isfinite(bound).any() for bound in step.subgraph.velocity_bounds)
+    return not shortest and not is_bounded and step.duration <= PROMISED * longest
 
 
 def measured(
@@ -128,7 +138,7 @@ def measured(
         nearest = region.projection(step.points)
         assert nearest is not None, "regions of a graph are not empty"
         beyond = float(nearest.distances.max(initial=0.0))
-        size = float(np.abs(step.points).max(initial=0.0)) + float(step.vertex.placed.half.max())
+        size = _size(step)
         outside, relative = max(outside, beyond), max(relative, beyond / (size or 1.0))
     jump, relative_jump = _jump(steps)
     at_rest, meeting_speed, meeting_excess = _meeting_excess(steps)
@@ -162,6 +172,12 @@ def measured(
         beyond_bounds,
         at_rest,
     )
+
+
+def _size(step: Step) -> float:
+    """Return the size of a region and of the coordinates in it, in the region's own units."""
+    half = step.vertex.placed.half[: step.points.shape[1]]
+    return float(np.abs(step.points).max(initial=0.0)) + float(half.max(initial=0.0))
 
 
 def _rates(step: Step, order: int) -> np.ndarray:
@@ -230,7 +246,7 @@ def _jump(steps: Sequence[Step]) -> tuple[float, float]:
         for order in range(first.continuity + 1):
             a, b = (curve.derivative(order).control_points for curve in curves)
             end = a[-1] + first.offset if order == 0 else a[-1]
-            size = max(float(np.abs(each.control_points).max()) for each in curves) or 1.0
+            size = max(_size(first), _size(second)) or 1.0
             off = float(np.abs(b[0] - end).max(initial=0.0))
             largest, relative = max(largest, off), max(relative, off / size)
     return largest, relative
@@ -240,7 +256,7 @@ def _velocity_excess(steps: Sequence[Step], trajectory: CompositeTrajectory | No
     """Return how far velocities are beyond their bounds at most, at all times: control points."""
     if trajectory is None:
         return 0.0
-    moving = [step for step in steps if step.subgraph.order and step.duration > 0.0]
+    moving = [step for step in steps if step.duration > 0.0]
     worst = 0.0
     for step, segment in zip(moving, trajectory.segments, strict=True):
         rates = segment.derivative().bounds()  # type: ignore[attr-defined]

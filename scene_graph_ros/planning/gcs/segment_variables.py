@@ -18,16 +18,17 @@ class SegmentVariables:
     """The coordinates (r_0, ..., r_order, h): rows of control points, then the duration.
 
     The segment is q(t) = r((t - t_0) / h), where r is the Bézier curve of the control points over
-    [0, 1]. Of order 0 there is one point, and no duration.
+    [0, 1]. Of order 0 there is one point, which is waited at if there is a duration.
     """
 
     order: int
     num_positions: int
+    has_duration: bool
 
     @property
     def size(self) -> int:
         """The number of coordinates."""
-        return (self.order + 1) * self.num_positions + (self.order > 0)
+        return (self.order + 1) * self.num_positions + self.has_duration
 
     def control_points(self, x: np.ndarray) -> np.ndarray:
         """Return the control points ``(order + 1, n)`` in coordinates ``(size,)``."""
@@ -35,10 +36,10 @@ class SegmentVariables:
         return x[: count * self.num_positions].reshape(count, self.num_positions)
 
     def duration(self, x: np.ndarray) -> float:
-        """Return the duration in coordinates ``(size,)``, s; 0 of order 0."""
-        return float(x[-1]) if self.order else 0.0
+        """Return the duration in coordinates ``(size,)``, s; 0 where there is none."""
+        return float(x[-1]) if self.has_duration else 0.0
 
-    @functools.lru_cache(maxsize=64)  # noqa: B019  a value of two numbers
+    @functools.lru_cache(maxsize=64)  # noqa: B019  a value of three numbers
     def _derivative(self, order: int) -> np.ndarray:
         """Return ``(order of r - order + 1, n, size)``: control points of a derivative of r."""
         weights = differentiated(np.eye(self.order + 1)[np.newaxis], order)[0]

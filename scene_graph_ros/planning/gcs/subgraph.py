@@ -27,7 +27,7 @@ from scene_graph_ros.planning.gcs.nonlinear_terms import bound_derivative
 from scene_graph_ros.planning.gcs.placeholders import (
     control_points,
     duration,
-    HERE,
+    new_placeholder,
     placed_constraint,
     placed_cost,
 )
@@ -54,6 +54,8 @@ class Subgraph(JoinedEdges):
     ) -> None:
         super().__init__(graph, whole_edits, variables, variables, name)
         self._regions, self._variables = tuple(regions), variables
+        self._here = new_placeholder()
+        self._durations = durations
         self._velocity_bounds: list[tuple[np.ndarray, np.ndarray]] = []
         self._derivative_bounds: list[tuple[int, np.ndarray, np.ndarray]] = []
         self._vertices: list[Vertex] = []
@@ -95,13 +97,21 @@ class Subgraph(JoinedEdges):
         return self._variables
 
     @property
+    def durations(self) -> tuple[float, float]:
+        """The least and the greatest duration of a segment, s."""
+        return self._durations
+
+    @property
     def velocity_bounds(self) -> list[tuple[np.ndarray, np.ndarray]]:
         """The bounds ``(n,)`` and ``(n,)`` that velocities have to keep."""
         return list(self._velocity_bounds)
 
     @whole_edit
     def add_time_cost(self, weight: float = 1.0) -> None:
-        """Add ``weight`` times the duration of each segment. Raises ConvexSetError for order 0."""
+        """Add ``weight`` times the duration of each segment.
+
+        Raises ConvexSetError where segments take no time.
+        """
         label = f"{self._name}: add_time_cost"
         number = as_nonnegative(weight, f"{label}: weight")
         for vertex in self._vertices:
@@ -200,11 +210,14 @@ class Subgraph(JoinedEdges):
 
         In `add_vertex_cost` and `add_vertex_constraint`.
         """
-        return control_points(self._variables, HERE)
+        return control_points(self._variables, self._here)
 
     def vertex_duration(self) -> Any:
-        """Return the duration of a segment in the same way. Raises ConvexSetError for order 0."""
-        return duration(self._variables, HERE, f"{self._name}: vertex_duration")
+        """Return the duration of a segment in the same way.
+
+        Raises ConvexSetError where segments take no time.
+        """
+        return duration(self._variables, self._here, f"{self._name}: vertex_duration")
 
     @whole_edit
     def add_vertex_cost(self, cost: Any, use_in_transcription: Used = ALL_TRANSCRIPTIONS) -> None:
@@ -214,7 +227,9 @@ class Subgraph(JoinedEdges):
         """
         label = f"{self._name}: add_vertex_cost: cost"
         for vertex in self._vertices:
-            vertex.add_cost(placed_cost(cost, {HERE: vertex.id}, label), use_in_transcription)
+            vertex.add_cost(
+                placed_cost(cost, {self._here: vertex.id}, label), use_in_transcription
+            )
 
     @whole_edit
     def add_vertex_constraint(
@@ -223,7 +238,7 @@ class Subgraph(JoinedEdges):
         """Add a convex constraint to each region, of the same expressions."""
         label = f"{self._name}: add_vertex_constraint: constraint"
         for vertex in self._vertices:
-            placed = placed_constraint(constraint, {HERE: vertex.id}, label)
+            placed = placed_constraint(constraint, {self._here: vertex.id}, label)
             vertex.add_constraint(placed, use_in_transcription)
 
 
@@ -231,7 +246,7 @@ def _points_and_duration(
     region: ConvexSet, variables: SegmentVariables, durations: tuple[float, float]
 ) -> ConvexSet:
     """Return the set of all segments whose control points are in a region."""
-    if not variables.order:
+    if not variables.has_duration:
         return region
     count = variables.order + 1
     low, high = ([each] for each in durations)

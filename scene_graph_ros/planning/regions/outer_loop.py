@@ -70,6 +70,14 @@ def grow(
             reason = "test"
             break
         region = tried.region.reduce_inequalities()
+        if _is_ended_by_caller(options, region):
+            if best is None:
+                raise RegionNotFoundError(
+                    "termination_func is true of the first region already, so that there is none"
+                    " to return"
+                )
+            reason = "termination_func"
+            break
         passed = Attempt(region, *(getattr(tried, name) for name in _TEST))
         try:
             found = inscribed(region, _ENOUGH)
@@ -82,7 +90,7 @@ def grow(
         if volume > max(volumes, default=0.0) or best is None:
             best, of_best = passed, found
         volumes.append(volume)
-        reason = _reason_to_end(options, region, volumes, most)
+        reason = _reason_to_end(options, volumes, most)
     assert best is not None
     ellipsoid = None if of_best is None else Hyperellipsoid(AffineBall(of_best.B, of_best.center))
     test = {name: getattr(best, name) for name in _TEST}
@@ -91,11 +99,13 @@ def grow(
     )
 
 
-def _reason_to_end(options: Any, region: HPolyhedron, volumes: Sequence[float], most: int) -> str:
-    """Return why no further ellipsoid is tried, by the volumes so far; empty where one is."""
+def _is_ended_by_caller(options: Any, region: HPolyhedron) -> bool:
     stop = getattr(options, "termination_func", None)
-    if stop is not None and stop(region):
-        return "termination_func"
+    return stop is not None and bool(stop(region))
+
+
+def _reason_to_end(options: Any, volumes: Sequence[float], most: int) -> str:
+    """Return why no further ellipsoid is tried, by the volumes so far; empty where one is."""
     so_far = max(volumes[:-1], default=0.0)
     growth = volumes[-1] - so_far
     least, share = options.termination_threshold, options.relative_termination_threshold

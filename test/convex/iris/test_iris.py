@@ -231,7 +231,9 @@ def test_options():
     )
     stopped = iris(obstacles, [0.0, 0.0], SQUARE, stop, certificate=True)
     assert stopped.reason == "termination_func"
-    assert stopped.region is asked[1]
+    assert stopped.region is asked[0]
+    with pytest.raises(ConvexSetError, match="termination_func is true of the first region"):
+        iris(obstacles, [0.0, 0.0], SQUARE, IrisOptions(termination_func=lambda region: True))
     small = IrisOptions(bounding_region=HPolyhedron.make_box([-0.2, -0.2], [0.2, 0.3]))
     inside = iris(obstacles, [0.0, 0.0], SQUARE, small)
     assert inside.contained_in(small.bounding_region, 0.0)

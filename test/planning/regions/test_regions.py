@@ -273,8 +273,18 @@ def test_options_of_iris_are_taken(arm):
     found = iris_in_configuration_space(arm, [0.0, 0.0], options, certificate=True)
     assert found.region.contained_in(bounds) and found.reason == "iterations"
     options = IrisNpOptions(bounding_region=bounds, termination_func=lambda region: True)
+    with pytest.raises(RegionNotFoundError, match="termination_func is true of the first region"):
+        iris_in_configuration_space(arm, [0.0, 0.0], options, certificate=True)
+    asked = []
+    options = IrisNpOptions(
+        bounding_region=bounds,
+        termination_func=lambda region: asked.append(region) or len(asked) == 2,
+        termination_threshold=-1.0,
+        relative_termination_threshold=-1.0,
+    )
     found = iris_in_configuration_space(arm, [0.0, 0.0], options, certificate=True)
     assert found.reason == "termination_func" and len(found.volumes) == 1
+    assert len(asked) == 2 and found.region is asked[0]
 
 
 def test_faces_touch_the_grown_ellipsoid_and_keep_points():

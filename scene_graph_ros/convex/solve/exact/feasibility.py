@@ -26,6 +26,7 @@ from scene_graph_ros.convex.solve.exact.rational_simplex import (
     RationalSimplex,
 )
 from scene_graph_ros.convex.solve.exact.rows import is_inside, Rows
+from scene_graph_ros.convex.solve.exact.sifting import find_by_few, weights_of
 from scene_graph_ros.convex.solve.floats.active_set import (
     columns_of,
     enter_equalities,
@@ -113,6 +114,11 @@ def exact_point(rows: Rows, x: np.ndarray) -> tuple[Fraction, ...] | None:
 
 def find_point(rows: Rows) -> Proof:
     """Return a point of the set, or weights that show that there is none (Farkas 1902)."""
+    weights = weights_of(rows)
+    return _find_in_all(rows) if weights is None else find_by_few(rows, weights, _find_in_all)
+
+
+def _find_in_all(rows: Rows) -> Proof:
     deepest = find_deepest(rows)
     if deepest.radius >= 0.0 or rows.num_equalities:
         point = exact_point(rows, deepest.x)

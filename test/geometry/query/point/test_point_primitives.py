@@ -66,12 +66,18 @@ def test_capsule_by_region(p, distance, p_GN, grad, unique):
         ((0.1, 0.25, -0.1), 0.25 - H, (0.1, H, -0.1), (0, 1, 0), True),
         ((0.0, 0.0, -0.4), -0.1, (0, 0, -0.5), (0, 0, -1), True),
         ((0.0, 0.0, 0.0), -H, (0, H, 0), (0, 1, 0), False),
-        ((R, H, 0.1), 0.0, (R, H, 0.1), (1, 0, 0), False),
+        ((R, H, 0.1), 0.0, (R, H, 0.1), (0.5**0.5, 0.5**0.5, 0), False),
+        ((-R, 0.1, 0.5), 0.0, (-R, 0.1, 0.5), (-(0.5**0.5), 0, 0.5**0.5), False),
+        ((0.1, H, -0.5), 0.0, (0.1, H, -0.5), (0, 0.5**0.5, -(0.5**0.5)), False),
+        ((-R, H, -0.5), 0.0, (-R, H, -0.5), (-(3**-0.5), 3**-0.5, -(3**-0.5)), False),
         ((R, 0.05, 0.1), 0.0, (R, 0.05, 0.1), (1, 0, 0), True),
     ],
 )
 def test_box_by_region(p, distance, p_GN, grad, unique):
-    """Faces, edges, corners, the inside and the centre of a box give the constructed answer."""
+    """Faces, edges, corners, the inside and the centre of a box give the constructed answer.
+
+    On an edge or a corner the gradient is the mean direction of the faces' normals.
+    """
     answer = measure_point(Box(2 * R, 2 * H, 1.0), np.array(p))
     expect(answer, distance, p_GN, grad, unique=unique)
 
