@@ -20,7 +20,8 @@ from scene_graph_ros.geometry import Role, SceneGraph
 from scene_graph_ros.geometry.errors import SceneGraphError, UnsupportedPairError
 from scene_graph_ros.geometry.files import MAX_TEXT_BYTES, read_limited
 from scene_graph_ros.geometry.meshes.color_warnings import mesh_color_warnings_told
-from scene_graph_ros.geometry.model.mesh_notes import mesh_notes
+from scene_graph_ros.geometry.model.mesh_notes import mesh_notes, piece_notes
+from scene_graph_ros.geometry.shapes.mesh_pieces import BY_COACD, BY_OBJECTS
 from scene_graph_ros.located import SceneFileError, suggestion
 from scene_graph_ros.mesh_check import (
     draw_open_edges,
@@ -70,8 +71,15 @@ class Report:
 class Checker:
     """Checks files one after the other; an SRDF is checked with the last URDF before it."""
 
-    def __init__(self, packages: Packages, picture: Path | None = None) -> None:
-        """Check with packages; ``picture`` is where mesh files are drawn, if anywhere."""
+    def __init__(
+        self, packages: Packages, picture: Path | None = None, pieces: str | None = None
+    ) -> None:
+        """Check with packages.
+
+        ``picture`` is where mesh files are drawn, if anywhere; ``pieces`` says into which ones
+        they are taken apart, if any.
+        """
+        self._pieces = pieces
         self._packages = packages
         self._picture = picture
         self._robot: RobotModel | None = None
@@ -124,6 +132,7 @@ class Checker:
         report.errors.extend(loaded.doubts)
         report.notes.extend(loaded.notes)
         report.warnings.extend(_mesh_notes(report, scene_graph))
+        report.notes.extend(piece_notes(scene_graph.model_inspector()))
         self._check_topics(report, scene, loaded, scene_graph)
         try:
             check_half_spaces(scene_graph.model_inspector())
@@ -161,7 +170,7 @@ class Checker:
         )
 
     def _check_mesh(self, report: Report, path: Path) -> None:
-        found = mesh_file_report(path)
+        found = mesh_file_report(path, self._pieces)
         if found.reason:
             report.warnings.append(f"{report.file}: {found.reason}")
         report.summary = mesh_summary(path, found)
@@ -328,6 +337,11 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--draw", type=Path, metavar="PICTURE", help="draw the last mesh file and its open edges"
     )
+    parser.add_argument(
+        "--pieces",
+        choices=(BY_COACD, BY_OBJECTS),
+        help="take mesh files apart, and say by how much the pieces' hulls leave the solid",
+    )
     parser.add_argument("--strict", action="store_true", help="take warnings for errors")
     parser.add_argument("--quiet", action="store_true", help="print errors only")
     parser.add_argument(
@@ -351,7 +365,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if not (name and separator and folder):
             parser.error(f"argument --package: expected NAME=FOLDER, got {entry!r}")
         package_map[name] = folder
-    checker = Checker(Packages(package_map, tuple(options.package_path)), options.draw)
+    packages = Packages(package_map, tuple(options.package_path))
+    checker = Checker(packages, options.draw, options.pieces)
     failed = 0
     for file in options.files:
         report = checker.check(file)
