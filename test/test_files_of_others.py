@@ -35,6 +35,7 @@ _ALLOWED = {
     "scene_graph_ros/convex/iris/regions_yaml.py: yaml.safe_load": _IN_MEMORY,
     "scene_graph_ros/geometry/meshes/other_process.py: np.load": "what its own process wrote",
     "scene_graph_ros/geometry/kept_results.py: os.fdopen": _OWN_CACHE,
+    "scene_graph_ros/geometry/meshes/solids/kept_solid.py: read_bytes": _OWN_SOURCE,
     "scene_graph_ros/geometry/kept_results.py: np.load": _OWN_CACHE,
     "scene_graph_ros/planning/checker/carried_checker.py: pickle.loads": (
         "it came as part of a pickle, which the user's own executor has unpickled"
