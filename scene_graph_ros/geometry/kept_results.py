@@ -115,7 +115,7 @@ def _read(path: Path) -> Arrays | None:
 def _write(path: Path, arrays: Arrays) -> None:
     """Replace a file as a whole; where that can't be done, say so once and go on without."""
     packed = io.BytesIO()
-    np.savez(packed, **dict(arrays))
+    np.savez(packed, **dict(arrays))  # type: ignore[arg-type]
     content = packed.getvalue()
     if len(content) + _DIGEST_BYTES > _MAX_FILE:
         return

@@ -36,7 +36,7 @@ def run_library(
 
     """
     with tempfile.TemporaryDirectory() as folder:
-        np.savez(Path(folder, "given.npz"), **dict(arrays))
+        np.savez(Path(folder, "given.npz"), **dict(arrays))  # type: ignore[arg-type]
         with subprocess.Popen(  # noqa: S603
             [sys.executable, "-c", program],
             cwd=folder,

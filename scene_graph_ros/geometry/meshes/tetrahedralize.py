@@ -9,6 +9,7 @@ For one that never changes, save it with ``save_volume_mesh`` and give the file 
 from __future__ import annotations
 
 import importlib.util
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,7 +85,7 @@ def _run(
     vertices: NDArray[np.float64], triangles: NDArray[np.int64], edge: float, name: str
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Run the library; return vertices and tetrahedra."""
-    given = {
+    given: dict[str, NDArray[Any]] = {
         "vertices": vertices,
         "triangles": triangles.astype(np.int32),
         "edge": np.array(edge),

@@ -39,8 +39,8 @@ def kept_solid(
         return find()
     digest = hashlib.blake2b(_code(), digest_size=16)
     digest.update(repr((options, len(vertices))).encode())
-    digest.update(np.ascontiguousarray(vertices))
-    digest.update(np.ascontiguousarray(triangles))
+    digest.update(vertices.tobytes())
+    digest.update(triangles.tobytes())
     return _unpacked(kept("solids", digest.hexdigest(), lambda: _packed(find())))
 
 
