@@ -21,6 +21,7 @@ from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.shapes.box import Box
 from scene_graph_ros.geometry.shapes.capsule import Capsule
 from scene_graph_ros.geometry.shapes.cylinder import Cylinder
 from scene_graph_ros.geometry.shapes.ellipsoid import Ellipsoid
@@ -116,4 +117,5 @@ def _set_of_shape(
         return CartesianProduct(query, geometry_id, frame)
     if isinstance(shape, HalfSpace):
         return HPolyhedron(query, geometry_id, frame)
+    assert isinstance(shape, Box)  # the last shape of a form of its own
     return VPolytope(query, geometry_id, frame)

@@ -69,6 +69,6 @@ def _wait(process: subprocess.Popen[str], patience: float, note: str) -> str:
         except subprocess.TimeoutExpired:
             passed, pause = time.monotonic() - start, _NOTES
             if passed >= patience:
-                raise LibraryError(f"no result within {patience:g} s") from None
+                raise LibraryError(f"no result in {patience:g} s") from None
             sys.stderr.write(f"{note}: {passed:.0f} s\n")
             sys.stderr.flush()

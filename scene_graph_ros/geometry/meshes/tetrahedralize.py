@@ -97,7 +97,7 @@ def _run(
         )
     except LibraryError as error:
         raise MeshError(
-            f"{name} could not be filled with tetrahedra ({error}): {_REMEDY}"
+            f"{name} could not be filled with tetrahedra, {error}: {_REMEDY}"
         ) from error
     if not len(found["tetrahedra"]):
         raise MeshError(f"{name} could not be filled with tetrahedra: {_REMEDY}")
