@@ -58,6 +58,7 @@ setup(
         "websockets>=14",
     ],
     extras_require={
+        "coacd": ["coacd"],
         "draco": ["DracoPy"],
         "fcl": ["python-fcl"],
         "graphs": ["clarabel"],

@@ -78,7 +78,7 @@ def _mesh_triangles(item: DrawItem) -> Triangles | None:
     """Return the triangles that stand for a mesh; None where viewers read its file."""
     shape = item.shape
     assert isinstance(shape, MeshShape)
-    if item.as_hull:
+    if not item.is_as_given:
         return hull_triangles(shape)
     # Viewers mirror a mesh without turning its triangles, so mirrored ones go as triangles.
     is_readable = shape.file_type in _VIEWER_FILE_TYPES and min(shape.scale) > 0.0

@@ -20,7 +20,8 @@ from scene_graph_ros.geometry import Role, SceneGraph
 from scene_graph_ros.geometry.errors import SceneGraphError, UnsupportedPairError
 from scene_graph_ros.geometry.files import MAX_TEXT_BYTES, read_limited
 from scene_graph_ros.geometry.meshes.color_warnings import mesh_color_warnings_told
-from scene_graph_ros.geometry.model.mesh_notes import mesh_notes
+from scene_graph_ros.geometry.model.mesh_notes import mesh_notes, piece_notes
+from scene_graph_ros.geometry.shapes.mesh_pieces import BY_COACD, BY_OBJECTS
 from scene_graph_ros.located import SceneFileError, suggestion
 from scene_graph_ros.mesh_check import (
     draw_open_edges,
@@ -68,12 +69,19 @@ class Report:
 class Checker:
     """Checks files one after the other; an SRDF is checked with the last URDF before it."""
 
-    def __init__(self, packages: Packages, picture: Path | None = None, node: str = "") -> None:
+    def __init__(
+        self,
+        packages: Packages,
+        picture: Path | None = None,
+        node: str = "",
+        pieces: str | None = None,
+    ) -> None:
         """Check with packages; ``picture`` is where mesh files are drawn, if anywhere.
 
         ``node`` is the whole name of the node that parameters are for; empty: any namespace.
+        ``pieces`` says into which ones mesh files are taken apart, if any.
         """
-        self._node = node
+        self._node, self._pieces = node, pieces
         self._packages = packages
         self._picture = picture
         self._robot: RobotModel | None = None
@@ -126,6 +134,7 @@ class Checker:
         report.errors.extend(loaded.doubts)
         report.notes.extend(loaded.notes)
         report.warnings.extend(_mesh_notes(report, scene_graph))
+        report.notes.extend(piece_notes(scene_graph.model_inspector()))
         self._check_topics(report, scene, loaded, scene_graph)
         try:
             check_half_spaces(scene_graph.model_inspector())
@@ -163,7 +172,7 @@ class Checker:
         )
 
     def _check_mesh(self, report: Report, path: Path) -> None:
-        found = mesh_file_report(path)
+        found = mesh_file_report(path, self._pieces)
         if found.reason:
             report.warnings.append(f"{report.file}: {found.reason}")
         report.summary = mesh_summary(path, found)
@@ -332,6 +341,11 @@ def _parser() -> argparse.ArgumentParser:
         metavar="NAME",
         help="say which parameters a node of this name, such as /cell/scene_graph, takes",
     )
+    parser.add_argument(
+        "--pieces",
+        choices=(BY_COACD, BY_OBJECTS),
+        help="take mesh files apart, and say by how much the pieces' hulls leave the solid",
+    )
     parser.add_argument("--strict", action="store_true", help="take warnings for errors")
     parser.add_argument("--quiet", action="store_true", help="print errors only")
     parser.add_argument(
@@ -356,7 +370,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             parser.error(f"argument --package: expected NAME=FOLDER, got {entry!r}")
         package_map[name] = folder
     packages = Packages(package_map, tuple(options.package_path))
-    checker = Checker(packages, options.draw, options.node and f"/{options.node.strip('/')}")
+    node = options.node and f"/{options.node.strip('/')}"
+    checker = Checker(packages, options.draw, node, options.pieces)
     failed = 0
     for file in options.files:
         report = checker.check(file)

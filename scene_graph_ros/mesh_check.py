@@ -16,6 +16,9 @@ from scene_graph_ros.geometry.meshes.sources import (
     open_edges_of,
     report_of,
 )
+from scene_graph_ros.geometry.model.contact_properties import MESH_GROUP, PIECES
+from scene_graph_ros.geometry.model.mesh_properties import mesh_meant
+from scene_graph_ros.geometry.model.properties import ProximityProperties
 
 __all__ = ["draw_open_edges", "is_mesh_file", "mesh_file_report", "mesh_summary"]
 
@@ -28,13 +31,19 @@ def is_mesh_file(path: Path) -> bool:
     return path.suffix.lower().lstrip(".") in MESH_FILE_TYPES
 
 
-def mesh_file_report(path: Path) -> MeshReport:
-    """Return what is made of a file's triangles. Raises MeshError for one that is no mesh."""
-    return report_of(Mesh(path))
+def mesh_file_report(path: Path, pieces: str | None = None) -> MeshReport:
+    """Return what is made of a file's triangles, and of the pieces of a kind, by their hulls.
+
+    Raises MeshError for a file that is no mesh, or has no such pieces.
+    """
+    properties = ProximityProperties()
+    if pieces is not None:
+        properties.add_property(MESH_GROUP, PIECES, pieces)
+    return report_of(mesh_meant(Mesh(path), properties))
 
 
 def mesh_summary(path: Path, report: MeshReport) -> str:
-    """Return the size and the report's counts and repairs in one line."""
+    """Return the size and the report's counts, repairs and pieces in one line."""
     vertices, triangles = load_surface(Mesh(path))
     size = " x ".join(f"{s:.4g}" for s in np.ptp(vertices, axis=0))
     counts = str(report).removesuffix(f": {report.reason}")

@@ -1,6 +1,9 @@
 """What holds for all tests."""
 
+import os
+
 from hypothesis import settings
+import pytest
 from transports import use_transports
 
 use_transports()
@@ -10,3 +13,11 @@ pytest_plugins = ["budgets"]
 # A machine may be busy: what takes long is told by the budgets, not by one case.
 settings.register_profile("patient", parent=settings.default, deadline=None)
 settings.load_profile("patient")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def meshes_kept_apart(tmp_path_factory):
+    """Keep results about meshes in a folder of the tests, where nothing is yet."""
+    folder = tmp_path_factory.mktemp("meshes")
+    os.environ["SCENE_GRAPH_ROS_MESH_CACHE"] = str(folder)
+    return folder

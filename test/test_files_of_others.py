@@ -33,7 +33,10 @@ _ALLOWED = {
     "scene_graph_ros/geometry/meshes/textures.py: Image.open": _IN_MEMORY,
     "scene_graph_ros/geometry/perception/gltf/answers.py: Image.open": _IN_MEMORY,
     "scene_graph_ros/convex/iris/regions_yaml.py: yaml.safe_load": _IN_MEMORY,
-    "scene_graph_ros/geometry/meshes/tetrahedralize.py: np.load": "what its own process wrote",
+    "scene_graph_ros/geometry/meshes/other_process.py: np.load": "what its own process wrote",
+    "scene_graph_ros/geometry/kept_results.py: os.fdopen": _OWN_CACHE,
+    "scene_graph_ros/geometry/meshes/solids/kept_solid.py: read_bytes": _OWN_SOURCE,
+    "scene_graph_ros/geometry/kept_results.py: np.load": _OWN_CACHE,
     "scene_graph_ros/planning/checker/carried_checker.py: pickle.loads": (
         "it came as part of a pickle, which the user's own executor has unpickled"
     ),

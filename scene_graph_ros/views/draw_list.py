@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.model.perception_properties import Picture
 from scene_graph_ros.geometry.model.rgba import Rgba
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 from scene_graph_ros.geometry.shapes.shape import Shape
 
 __all__ = ["Changes", "DrawItem", "DrawList", "ItemKey", "Shown"]
@@ -38,6 +39,12 @@ class DrawItem(NamedTuple):
     """Role, source, frame and name, each of which may contain slashes."""
     picture: Picture | None = None
     """What it is covered with, for viewers that can; ``rgba`` multiplies it."""
+
+    @property
+    def is_as_given(self) -> bool:
+        """Whether a mesh is drawn by its own triangles, and not by convex hulls."""
+        in_pieces = isinstance(self.shape, MeshShape) and self.shape.pieces is not None
+        return not (self.as_hull or in_pieces or self.shape.kind == ShapeKind.CONVEX)
 
 
 class DrawList:

@@ -12,6 +12,7 @@ from scene_graph_ros.geometry.model.properties import ProximityProperties
 from scene_graph_ros.geometry.model.rgba import Rgba
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 from scene_graph_ros.views.draw_list import DrawItem
 
 __all__ = ["DEFAULT_COLOR", "PROXIMITY_COLOR", "draw_items"]
@@ -34,7 +35,8 @@ def draw_items(
 
     The colour is the role's property ("phong", "diffuse"). Without one, collision geometry gets
     PROXIMITY_COLOR, the rest the materials of its mesh file. ``mesh_hulls`` draws the convex hull
-    of each collision Mesh that is not said to mean its triangles. Raises UnknownIdError for a
+    of each collision Mesh that is not said to mean its triangles; one in pieces is always drawn as
+    their hulls. Raises UnknownIdError for a
     geometry that is not there, PropertyError for a colour or a picture that is none.
     """
     return [_item(inspector, role, geometry_id, mesh_hulls) for geometry_id in geometry_ids]
@@ -51,6 +53,8 @@ def _item(
         rgba = Rgba.from_value(rgba)
     elif role is Role.PROXIMITY:
         rgba = PROXIMITY_COLOR
+    if isinstance(shape, MeshShape) and role is not Role.PROXIMITY:
+        shape = shape.with_pieces(None)  # they are collision's
     means_hull = (
         mesh_hulls
         and isinstance(properties, ProximityProperties)

@@ -58,9 +58,7 @@ def triangles_of(item: DrawItem) -> Triangles:
     """
     shape = item.shape
     assert isinstance(shape, MeshShape), shape
-    if item.as_hull or shape.kind == ShapeKind.CONVEX:
-        return hull_triangles(shape)
-    return surface_triangles(shape)
+    return surface_triangles(shape) if item.is_as_given else hull_triangles(shape)
 
 
 def paint_of(item: DrawItem) -> NDArray[np.uint8] | None:
@@ -72,7 +70,7 @@ def paint_of(item: DrawItem) -> NDArray[np.uint8] | None:
     """
     shape = item.shape
     assert isinstance(shape, MeshShape), shape
-    if item.rgba is not None or item.picture is not None or item.as_hull:
+    if item.rgba is not None or item.picture is not None or not item.is_as_given:
         return None
     with warnings.catch_warnings():
         # Who renders it says so; the page shows what there is.

@@ -63,7 +63,7 @@ def skin_of(item: DrawItem) -> Skin | None:
         return None
     if item.picture is not None:
         return _of_property(item, item.picture)
-    if item.rgba is not None or not isinstance(shape, MeshShape):
+    if item.rgba is not None or not isinstance(shape, MeshShape) or not item.is_as_given:
         return None
     with warnings.catch_warnings():
         # Who renders it says so; the page shows what there is.

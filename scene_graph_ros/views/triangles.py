@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.meshes.sources import hull_of, load_surface
+from scene_graph_ros.geometry.meshes.hull import triangles_of_hull
+from scene_graph_ros.geometry.meshes.sources import hulls_of, load_surface
 from scene_graph_ros.geometry.shapes.capsule import Capsule
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 
@@ -70,15 +71,10 @@ def surface_triangles(shape: MeshShape) -> Triangles:
 def hull_triangles(shape: MeshShape) -> Triangles:
     """Return the triangles of the convex hull of a mesh or of points, in G, the scale applied.
 
-    A flat hull has two sides; one without area has no triangles. Raises MeshError if the mesh is
-    unreadable.
+    Of a mesh in pieces they are those of all hulls. A flat hull has two sides; one without area
+    has no triangles. Raises MeshError if the mesh is unreadable.
     """
-    hull = hull_of(shape)
-    by_size: dict[int, list[NDArray[np.int64]]] = {}
-    for face in hull.faces:
-        by_size.setdefault(len(face), []).append(face)
-    fans = [np.empty((0, 3), dtype=np.int64)]
-    for size, faces in sorted(by_size.items()):
-        corners = np.array(faces, dtype=np.int64)
-        fans += [corners[:, (0, k, k + 1)] for k in range(1, size - 1)]
-    return Triangles(hull.vertices, np.concatenate(fans))
+    hulls = hulls_of(shape)
+    starts = np.cumsum([0, *(len(hull.vertices) for hull in hulls)]).tolist()
+    triangles = [triangles_of_hull(hull) + k for hull, k in zip(hulls, starts, strict=False)]
+    return Triangles(np.concatenate([h.vertices for h in hulls]), np.concatenate(triangles))

@@ -31,8 +31,9 @@ from scene_graph_ros.geometry.broadphase.pair_memory import PairMemory
 from scene_graph_ros.geometry.compiled.held_tuples import compiled_type
 from scene_graph_ros.geometry.hydroelastic.bodies import body_of
 from scene_graph_ros.geometry.meshes.embedding import embed_points
+from scene_graph_ros.geometry.meshes.pieces.leaving import farthest_outside
 from scene_graph_ros.geometry.meshes.polygons import triangles_of_polygons
-from scene_graph_ros.geometry.meshes.sources import report_of
+from scene_graph_ros.geometry.meshes.sources import report_of, surface_of
 from scene_graph_ros.geometry.meshes.tessellate import tessellate_volume
 from scene_graph_ros.geometry.model.hydroelastic_properties import read_hydroelastic_properties
 from scene_graph_ros.geometry.narrowphase.apart import contact_apart
@@ -126,11 +127,13 @@ def measure_points() -> None:
 
 
 def read_meshes() -> None:
-    """Unite parts that overlap, cut a sheet at them, look for crossings, cut a polygon."""
+    """Unite parts, cut a sheet at them, look for crossings, measure pieces, cut a polygon."""
     triangle = np.array([[0.02, 0.01, -0.1], [0.02, 0.03, 0.2], [0.03, 0.02, 0.2]])
     vertices = np.concatenate([TETRAHEDRON, TETRAHEDRON + 0.01, triangle])
     faces = np.concatenate([FACES, FACES + 4, [[8, 9, 10]]])
     report_of(Mesh(vertices=vertices, faces=faces))
+    solid = surface_of(Mesh(vertices=TETRAHEDRON, faces=FACES))
+    farthest_outside(solid, solid)
     square = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.2, 0.2, 0.0], [0.0, 1.0, 0.0]])
     triangles_of_polygons(square, np.arange(4), np.array([4]))
 

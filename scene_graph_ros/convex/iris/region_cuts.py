@@ -12,7 +12,7 @@ from scene_graph_ros.convex.errors import ConvexSetError
 from scene_graph_ros.convex.iris.obstacles import Obstacles
 from scene_graph_ros.convex.iris.scene_obstacles import (
     check_query,
-    obstacle_of,
+    obstacles_of,
     SceneObstacle,
 )
 from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
@@ -162,7 +162,8 @@ def _near(
     soft = {*deformable} & {*inspector.get_all_geometry_ids(Role.PROXIMITY)}
     wanted = [each for each, away in zip(ids, beyond.tolist(), strict=True) if not away]
     return [
-        SceneObstacle(each, obstacle_of(query, each))
+        SceneObstacle(each, convex_set)
         for each in sorted({*wanted, *soft})
         if each not in ignored and (among is None or each in among)
+        for convex_set in obstacles_of(query, each)
     ]

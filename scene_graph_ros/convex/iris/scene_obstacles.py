@@ -16,7 +16,7 @@ from scene_graph_ros.convex.sets.hyperellipsoid import Hyperellipsoid
 from scene_graph_ros.convex.sets.minkowski_sum import MinkowskiSum
 from scene_graph_ros.convex.sets.point import Point
 from scene_graph_ros.convex.sets.v_polytope import VPolytope
-from scene_graph_ros.geometry.meshes.sources import hull_of
+from scene_graph_ros.geometry.meshes.sources import hulls_of
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.one_line import one_line
@@ -27,15 +27,16 @@ from scene_graph_ros.geometry.shapes.capsule import Capsule
 from scene_graph_ros.geometry.shapes.cylinder import Cylinder
 from scene_graph_ros.geometry.shapes.ellipsoid import Ellipsoid
 from scene_graph_ros.geometry.shapes.half_space import HalfSpace
+from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 from scene_graph_ros.geometry.shapes.shape import Shape
 from scene_graph_ros.geometry.shapes.sphere import Sphere
 
-__all__ = ["SceneObstacle", "make_iris_obstacles", "obstacle_of", "scene_obstacles"]
+__all__ = ["SceneObstacle", "make_iris_obstacles", "obstacles_of", "scene_obstacles"]
 
 
 @one_line()
 class SceneObstacle(NamedTuple):
-    """A geometry with the proximity role, and a convex set that holds it."""
+    """A geometry with the proximity role, and a convex set that holds it, or a piece of it."""
 
     geometry_id: GeometryId
     convex_set: ConvexSet
@@ -46,7 +47,8 @@ def make_iris_obstacles(
 ) -> list[ConvexSet]:
     """Return all geometry with the proximity role as sets, where it is in the query's snapshot.
 
-    In a frame, the world by default. Meshes are taken by their hulls. Raises UnknownIdError for a
+    In a frame, the world by default. Meshes are taken by their hulls, those in pieces by
+    those of the pieces. Raises UnknownIdError for a
     frame that is not there, ConvexSetError for deformable geometry, which is not convex.
     """
     check_query(query, "make_iris_obstacles")
@@ -59,7 +61,7 @@ def make_iris_obstacles(
                 f"make_iris_obstacles: geometry {name!r} is deformable; it is no convex set"
             )
         shape, X_FG = placed_shape(query, geometry_id, reference_frame)
-        found.append(_set_of_shape(query, geometry_id, reference_frame, shape, X_FG))
+        found += _sets_of_shape(query, geometry_id, reference_frame, shape, X_FG)
     return found
 
 
@@ -75,21 +77,32 @@ def scene_obstacles(
     """Return all geometry with the proximity role but what is ignored, in the world, by id."""
     check_query(query, "scene_obstacles")
     return [
-        SceneObstacle(geometry_id, obstacle_of(query, geometry_id))
+        SceneObstacle(geometry_id, convex_set)
         for geometry_id in sorted(query.inspector().get_all_geometry_ids(Role.PROXIMITY))
         if geometry_id not in ignored
+        for convex_set in obstacles_of(query, geometry_id)
     ]
 
 
-def obstacle_of(query: QueryObject, geometry_id: GeometryId) -> ConvexSet:
-    """Return a convex set in the world that holds a geometry.
+def obstacles_of(query: QueryObject, geometry_id: GeometryId) -> list[ConvexSet]:
+    """Return convex sets in the world that hold a geometry.
 
-    It is the geometry itself, or the hull of a mesh, or of the vertices of what is deformable.
+    It is the geometry itself, or the hull of a mesh, or of the vertices of what is deformable; of
+    a mesh in pieces those of the pieces.
     """
     if query.inspector().is_deformable(geometry_id):
-        return VPolytope(query.get_configurations_in_world(geometry_id))
+        return [VPolytope(query.get_configurations_in_world(geometry_id))]
     shape, X_WG = placed_shape(query, geometry_id, None)
-    return _set_of_shape(query, geometry_id, None, shape, X_WG)
+    return _sets_of_shape(query, geometry_id, None, shape, X_WG)
+
+
+def _sets_of_shape(
+    query: Any, geometry_id: Any, frame: FrameId | None, shape: Shape, X_FG: np.ndarray
+) -> list[ConvexSet]:
+    if not isinstance(shape, MeshShape):
+        return [_set_of_shape(query, geometry_id, frame, shape, X_FG)]
+    R_FG, p_FG = X_FG[:3, :3], X_FG[:3, 3]
+    return [VPolytope(hull.vertices @ R_FG.T + p_FG) for hull in hulls_of(shape)]
 
 
 def _set_of_shape(
@@ -106,6 +119,5 @@ def _set_of_shape(
         return CartesianProduct(query, geometry_id, frame)
     if isinstance(shape, HalfSpace):
         return HPolyhedron(query, geometry_id, frame)
-    if isinstance(shape, Box):
-        return VPolytope(query, geometry_id, frame)
-    return VPolytope(hull_of(shape).vertices @ X_FG[:3, :3].T + X_FG[:3, 3])  # type: ignore[arg-type]
+    assert isinstance(shape, Box)  # the last shape of a form of its own
+    return VPolytope(query, geometry_id, frame)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.meshes.bvh import build_bvh
 from scene_graph_ros.geometry.meshes.cache import BuildCache
+from scene_graph_ros.geometry.meshes.hull import triangles_of_hull
 from scene_graph_ros.geometry.meshes.sources import hull_of
 from scene_graph_ros.geometry.meshes.tessellate import tessellate_surface
 from scene_graph_ros.geometry.model.contact_properties import HYDROELASTIC_GROUP
@@ -75,10 +76,7 @@ def _triangulated(shape: Shape, hint: float | None) -> tuple[FloatArray, IntArra
     if not isinstance(shape, Convex):
         return tessellate_surface(shape, hint)
     hull = hull_of(shape)
-    fans = [
-        (face[0], face[k], face[k + 1]) for face in hull.faces for k in range(1, len(face) - 1)
-    ]
-    return hull.vertices, np.array(fans, np.int64).reshape(-1, 3)
+    return hull.vertices, triangles_of_hull(hull)
 
 
 def build_rigid_surface(vertices: FloatArray, triangles: IntArray) -> RigidSurface | None:

@@ -9,7 +9,7 @@ from scene_graph_ros.geometry.meshes.distinct_rows import distinct_rows, used_in
 from scene_graph_ros.geometry.meshes.vertex_cells import VertexCells
 from scene_graph_ros.geometry.tolerances import HULL_COPLANARITY, HULL_FLATNESS
 
-__all__ = ["Hull", "convex_hull"]
+__all__ = ["Hull", "convex_hull", "triangles_of_hull"]
 
 
 class Hull(NamedTuple):
@@ -63,6 +63,23 @@ def convex_hull(points: np.ndarray) -> Hull:
             continue
         return _assemble(points, faces, [])
     raise MeshError(f"no convex hull of {len(points)} points: {reason}")
+
+
+def triangles_of_hull(hull: Hull) -> np.ndarray:
+    """Return (m, 3) indices: the faces cut into fans, those with fewer corners first.
+
+    A flat hull has two sides; one without area has no triangles.
+    """
+    by_size: dict[int, list[np.ndarray]] = {}
+    for face in hull.faces:
+        by_size.setdefault(len(face), []).append(face)
+    fans = [np.empty((0, 3), dtype=np.int64)]
+    for size, faces in sorted(by_size.items()):
+        corners = np.array(faces, dtype=np.int64)
+        # Face by face: the fans of one are beside each other.
+        fan = [corners[:, (0, k, k + 1)] for k in range(1, size - 1)]
+        fans.append(np.stack(fan, axis=1).reshape(-1, 3))
+    return np.concatenate(fans)
 
 
 class _TooFlatError(Exception):

@@ -30,7 +30,11 @@ from scene_graph_ros.geometry.meshes.gltf_plain import plain_gltf
 from scene_graph_ros.geometry.meshes.obj_file import parse_obj
 from scene_graph_ros.geometry.meshes.off_file import parse_off
 from scene_graph_ros.geometry.meshes.ply_file import parse_ply
-from scene_graph_ros.geometry.meshes.promises import check_promises, MAX_CORNERS
+from scene_graph_ros.geometry.meshes.promises import (
+    check_is_there,
+    check_promises,
+    MAX_CORNERS,
+)
 from scene_graph_ros.geometry.meshes.scene_colors import scene_colors, scene_pictures
 from scene_graph_ros.geometry.meshes.stl_file import parse_stl
 from scene_graph_ros.geometry.quoting import quoted
@@ -50,8 +54,6 @@ __all__ = [
 
 _OWN = {"obj": parse_obj, "off": parse_off, "stl": parse_stl}
 """What is read here, and has no colours in the file itself."""
-
-_LFS_POINTER = b"version https://git-lfs.github.com/spec/"
 
 _BY_TRIMESH = frozenset({"dae", "glb", "gltf"})
 """What is left to trimesh. It knows others, among them archives and files that name files."""
@@ -151,10 +153,7 @@ def read_mesh_contents(contents: bytes, file_type: str, *, name: str) -> Triangu
 def read_colored_mesh(contents: bytes, file_type: str, *, name: str) -> ColoredMesh:
     """Read a mesh as ``read_mesh_contents`` does, with what the file says of its look."""
     file_type = file_type.lower().lstrip(".")
-    if not contents.strip():
-        raise MeshError(f"{name}: the file is empty")
-    if contents.startswith(_LFS_POINTER):
-        raise MeshError(f"{name}: a Git LFS pointer, not the file itself: run git lfs pull")
+    check_is_there(contents, name)
     if file_type == "ply":
         check_promises(contents, file_type, name)
         vertices, triangles, colors = parse_ply(contents, name)

@@ -1,4 +1,4 @@
-"""Read the vertices and faces of a Wavefront OBJ file."""
+"""Read the vertices, faces and objects of a Wavefront OBJ file."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from scene_graph_ros.geometry.meshes.polygons import triangles_of_polygons
 from scene_graph_ros.geometry.meshes.promises import MAX_CORNERS
 from scene_graph_ros.geometry.quoting import quoted
 
-__all__ = ["obj_faces", "obj_lines", "parse_obj"]
+__all__ = ["obj_faces", "obj_lines", "obj_objects", "parse_obj"]
 
 Arrays = tuple[NDArray[np.float64], NDArray[np.int64]]
 
@@ -54,6 +54,32 @@ def obj_faces(contents: bytes, name: str) -> tuple[*Arrays, NDArray[np.int64]]:
     _check_indices(places, len(vertices), name)
     cut = triangles_of_polygons(vertices, places, np.frombuffer(sizes, np.int64))
     return vertices, places, cut
+
+
+def obj_objects(contents: bytes) -> NDArray[np.int64]:
+    """Return the object (m,) of each triangle of ``parse_obj``, counted from 0.
+
+    Objects are told by their names, wherever in the file these are. They are those of ``o`` lines,
+    or of ``g`` lines in a file without any ``o``; faces before the first are one more.
+    """
+    names: dict[bytes, dict[bytes, int]] = {b"o": {}, b"g": {}}
+    rows: dict[bytes, list[int]] = {b"o": [], b"g": []}
+    now = {b"o": -1, b"g": -1}
+    sizes = []
+    for line in obj_lines(contents):
+        words = line.split(b"#", 1)[0].split(maxsplit=1)
+        if not words or words[0] not in (b"o", b"g", b"f"):
+            continue
+        if words[0] == b"f":
+            sizes.append(len(words[1].split()) - 2)
+            for key, kept in rows.items():
+                kept.append(now[key])
+            continue
+        known = names[words[0]]
+        name = b" ".join(words[1].split()) if len(words) > 1 else b""
+        now[words[0]] = known.setdefault(name, len(known))
+    found = np.array(rows[b"o" if names[b"o"] else b"g"], dtype=np.int64)
+    return np.repeat(found, np.array(sizes, dtype=np.int64)) - int(found.min(initial=0))
 
 
 def _check_indices(corners: NDArray[np.int64], count: int, name: str) -> None:

@@ -14,7 +14,7 @@ from xml.parsers import expat
 
 from scene_graph_ros.geometry.errors import MeshError
 
-__all__ = ["MAX_CORNERS", "MAX_PLACES", "check_promises"]
+__all__ = ["MAX_CORNERS", "MAX_PLACES", "check_is_there", "check_promises"]
 
 MAX_CORNERS = 20_000_000
 """Vertices, and triangles, of all bodies of a file. Twenty million take half a gigabyte each."""
@@ -36,6 +36,17 @@ _NONSENSE = (
     ValueError,
 )
 """What a document of JSON raises that is not what it should be; 1e999 is a number there."""
+
+
+_LFS_POINTER = b"version https://git-lfs.github.com/spec/"
+
+
+def check_is_there(contents: bytes, name: str) -> None:
+    """Raise MeshError for an empty file, and for a pointer of Git LFS instead of the file."""
+    if not contents.strip():
+        raise MeshError(f"{name}: the file is empty")
+    if contents.startswith(_LFS_POINTER):
+        raise MeshError(f"{name}: a Git LFS pointer, not the file itself: run git lfs pull")
 
 
 def check_promises(contents: bytes, file_type: str, name: str) -> None:

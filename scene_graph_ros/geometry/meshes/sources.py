@@ -27,7 +27,7 @@ from scene_graph_ros.geometry.meshes.io import (
     read_file_marked,
     VOLUME_FILE_TYPES,
 )
-from scene_graph_ros.geometry.meshes.solids.mesh_report import MeshReport
+from scene_graph_ros.geometry.meshes.solids.mesh_report import MeshReport, PiecesReport
 from scene_graph_ros.geometry.meshes.surfaces import (
     build_surface,
     is_convex_surface,
@@ -36,6 +36,7 @@ from scene_graph_ros.geometry.meshes.surfaces import (
 )
 from scene_graph_ros.geometry.meshes.vertex_cells import cells_of
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+from scene_graph_ros.geometry.shapes.mesh_pieces import BY_OBJECTS
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 from scene_graph_ros.geometry.tolerances import MAX_SHAPE_SIZE
 
@@ -48,6 +49,7 @@ __all__ = [
     "file_pictures",
     "files_read",
     "hull_of",
+    "hulls_of",
     "is_convex",
     "load_surface",
     "open_edges_of",
@@ -63,6 +65,7 @@ _CAPACITY = 4096
 
 _raw: BuildCache[ColoredMesh] = BuildCache(_CAPACITY)
 _hulls: BuildCache[Hull] = BuildCache(_CAPACITY)
+_piece_hulls: BuildCache[list[Hull]] = BuildCache(_CAPACITY)
 _surfaces: BuildCache[Surface] = BuildCache(_CAPACITY)
 _built: BuildCache[Surface] = BuildCache(_CAPACITY)
 _reports: BuildCache[MeshReport] = BuildCache(_CAPACITY)
@@ -72,7 +75,7 @@ _raw_volumes: BuildCache[tuple[VolumeMesh, FilesRead]] = BuildCache(_CAPACITY)
 
 def source_identity(shape: MeshShape) -> Hashable:
     """Return what tells the shape's hull and surface from others'."""
-    return (shape.kind, shape.source_key, shape.scale, shape.repair_tolerance)
+    return (shape.kind, shape.source_key, shape.scale, shape.repair_tolerance, shape.pieces)
 
 
 def load_surface(shape: MeshShape) -> tuple[np.ndarray, np.ndarray]:
@@ -126,11 +129,16 @@ def files_read(shape: MeshShape) -> FilesRead:
 
 
 def hull_of(shape: MeshShape) -> Hull:
-    """Return the convex hull of the shape in G. Raises MeshError as ``load_surface`` does."""
+    """Return the convex hull of the shape in G.
+
+    Raises MeshError as ``load_surface`` does, of a mesh in pieces as ``hulls_of``.
+    """
 
     def build() -> Hull:
         vertices, triangles = load_surface(shape)
-        if shape.kind == ShapeKind.MESH and len(triangles):
+        if shape.pieces is not None:
+            vertices = np.concatenate([hull.vertices for hull in hulls_of(shape)])
+        elif shape.kind == ShapeKind.MESH and len(triangles):
             # Triangles without area are no surface, unless there is nothing else.
             solid = triangles[with_area(vertices, triangles)]
             used = solid if len(solid) else triangles
@@ -141,15 +149,68 @@ def hull_of(shape: MeshShape) -> Hull:
     return _hulls.get(source_identity(shape), build)
 
 
-def surface_of(shape: MeshShape) -> Surface:
-    """Return the clean triangles of a ``Mesh`` in G.
+def hulls_of(shape: MeshShape) -> list[Hull]:
+    """Return the convex hulls in G of the shape's pieces, or its own where it has none.
 
     Raises:
-        MeshError: as ``load_surface``, or there is no triangle with an area.
+        MeshError: as ``surface_of``, the file has no objects, or the library that splits a mesh is
+            not installed or fails.
+
+    """
+    if shape.pieces is None:
+        return [hull_of(shape)]
+
+    def build() -> list[Hull]:
+        from scene_graph_ros.geometry.meshes.pieces.coacd_split import split_by_coacd
+        from scene_graph_ros.geometry.meshes.pieces.piece_hulls import hulls_of_pieces
+
+        assert shape.pieces is not None  # it was looked at above
+        if shape.pieces.by == BY_OBJECTS:
+            vertices, triangles = load_surface(shape)
+            labels = _objects(shape)
+            order = np.argsort(labels, kind="stable")
+            ends = np.flatnonzero(np.diff(labels[order])) + 1
+            pieces = [vertices[np.unique(t)] for t in np.split(triangles[order], ends)]
+        else:
+            surface = surface_of(shape.with_pieces(None))
+            pieces = split_by_coacd(surface, shape.pieces, _name(shape))
+        return hulls_of_pieces(pieces, _name(shape))
+
+    return _piece_hulls.get(source_identity(shape), build)
+
+
+def _objects(shape: MeshShape) -> np.ndarray:
+    """Return the object (m,) of each triangle of ``load_surface``. Raises MeshError."""
+    from scene_graph_ros.geometry.meshes.obj_file import obj_objects
+
+    if shape.file_type != "obj":
+        kind = f"a .{shape.file_type} file" if shape.file_type else "an array"
+        raise MeshError(
+            f"{_name(shape)}: {kind} has no objects as an OBJ file has; pieces by 'coacd' are of"
+            " any mesh"
+        )
+    if shape.path is None:
+        assert shape.contents is not None  # a file type comes with a file or its contents
+        labels = obj_objects(shape.contents)
+    else:
+        labels = obj_objects(read_file_marked(shape.path)[0])
+    if len(labels) != len(load_surface(shape)[1]):
+        raise MeshError(f"{_name(shape)}: the file has changed since it was read")
+    return labels
+
+
+def surface_of(shape: MeshShape) -> Surface:
+    """Return the clean triangles of a ``Mesh`` in G, in pieces those around their hulls.
+
+    Raises:
+        MeshError: as ``load_surface``, or there is no triangle with an area; of a mesh in pieces
+            as ``hulls_of``.
 
     """
 
     def build() -> Surface:
+        if shape.pieces is not None:
+            return _surface_of_pieces(shape)
         vertices, triangles = load_surface(shape)
         tolerance = shape.repair_tolerance
         digest = hashlib.blake2b(vertices.tobytes() + triangles.tobytes(), digest_size=16).digest()
@@ -164,16 +225,31 @@ def surface_of(shape: MeshShape) -> Surface:
     return _surfaces.get(source_identity(shape), build)
 
 
+def _surface_of_pieces(shape: MeshShape) -> Surface:
+    """Return the surface of the union of the hulls; its report is that of the file."""
+    from scene_graph_ros.geometry.meshes.pieces.piece_hulls import triangles_of_hulls
+
+    vertices, triangles = triangles_of_hulls(hulls_of(shape))
+    united = build_surface(vertices, triangles, name=f"the pieces of {_name(shape)}")
+    of_file = surface_of(shape.with_pieces(None))
+    doubt = united.report.reason and f"its pieces: {united.report.reason}"
+    report = replace(of_file.report, reason=of_file.report.reason or doubt)
+    return united._replace(report=report, open_edges=of_file.open_edges)
+
+
 def report_of(shape: MeshShape) -> MeshReport:
     """Return what was made of the triangles of a ``Mesh``. Raises MeshError as ``surface_of``.
 
-    A solid whose boundary crosses itself is looked for here, which reading does not.
+    A solid whose boundary crosses itself is looked for here, which reading does not; so is how far
+    pieces leave the solid.
     """
 
     def build() -> MeshReport:
         from scene_graph_ros.geometry.meshes.solids.crossings import first_crossing
 
         surface = surface_of(shape)
+        if shape.pieces is not None:
+            return _report_of_pieces(shape, surface)
         crossing = first_crossing(surface.vertices, surface.triangles[surface.is_solid])
         if crossing is None or surface.report.reason:
             return surface.report
@@ -181,6 +257,18 @@ def report_of(shape: MeshShape) -> MeshReport:
         return replace(surface.report, reason=f"the surface crosses itself at ({place})")
 
     return _reports.get(source_identity(shape), build)
+
+
+def _report_of_pieces(shape: MeshShape, union: Surface) -> MeshReport:
+    from scene_graph_ros.geometry.meshes.pieces.leaving import farthest_outside
+
+    whole = shape.with_pieces(None)
+    solid, report = surface_of(whole), report_of(whole)
+    added, missing = farthest_outside(union, solid), farthest_outside(solid, union)
+    pieces = PiecesReport(
+        len(hulls_of(shape)), added.found, added.bound, missing.found, missing.bound
+    )
+    return replace(report, reason=report.reason or union.report.reason, pieces=pieces)
 
 
 def open_edges_of(shape: MeshShape) -> np.ndarray:

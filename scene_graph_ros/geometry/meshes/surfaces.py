@@ -11,7 +11,7 @@ import numpy as np
 
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.bvh import build_bvh
-from scene_graph_ros.geometry.meshes.hull import Hull
+from scene_graph_ros.geometry.meshes.hull import Hull, triangles_of_hull
 from scene_graph_ros.geometry.meshes.solids.half_edges import Edges, edges_of, mates_of
 from scene_graph_ros.geometry.meshes.solids.mesh_report import MeshReport
 from scene_graph_ros.geometry.shapes.mesh_shape import REPAIR_TOLERANCE
@@ -146,8 +146,7 @@ def is_convex_surface(surface: Surface, hull: Hull) -> bool:
         return False
     if _has_hollow_edge(surface):
         return False
-    fans = [np.column_stack([np.full(len(f) - 2, f[0]), f[1:-1], f[2:]]) for f in hull.faces]
-    of_hull = _signed_volume(hull.vertices, np.concatenate(fans))
+    of_hull = _signed_volume(hull.vertices, triangles_of_hull(hull))
     of_surface = _signed_volume(surface.vertices, surface.triangles)
     return abs(of_hull - of_surface) <= CONVEX_VOLUME * of_hull
 

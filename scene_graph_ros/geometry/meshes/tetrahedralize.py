@@ -9,15 +9,13 @@ For one that never changes, save it with ``save_volume_mesh`` and give the file 
 from __future__ import annotations
 
 import importlib.util
-from pathlib import Path
-import subprocess
-import sys
-import tempfile
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.errors import MeshError
+from scene_graph_ros.geometry.meshes.other_process import LibraryError, run_library
 from scene_graph_ros.geometry.meshes.surfaces import Surface
 from scene_graph_ros.geometry.meshes.volume_mesh import VolumeMesh
 
@@ -39,11 +37,11 @@ _REMEDY = (
 
 _PROGRAM = """
 import numpy, pytetwild
-mesh = numpy.load("surface.npz")
+mesh = numpy.load("given.npz")
 vertices, tetrahedra = pytetwild.tetrahedralize(
     mesh["vertices"], mesh["triangles"], edge_length_fac=float(mesh["edge"]),
     epsilon=float(mesh["envelope"]), num_threads=1, quiet=True)
-numpy.savez("volume.npz", vertices=vertices, tetrahedra=tetrahedra)
+numpy.savez("result.npz", vertices=vertices, tetrahedra=tetrahedra)
 """
 
 
@@ -86,34 +84,21 @@ def tetrahedralize(surface: Surface, edge: float | None, name: str) -> VolumeMes
 def _run(
     vertices: NDArray[np.float64], triangles: NDArray[np.int64], edge: float, name: str
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Run the library in a folder of its own; return vertices and tetrahedra."""
-    with tempfile.TemporaryDirectory() as folder:
-        np.savez(
-            Path(folder, "surface.npz"),
-            vertices=vertices,
-            triangles=triangles.astype(np.int32),
-            edge=edge,
-            envelope=ENVELOPE,
+    """Run the library; return vertices and tetrahedra."""
+    given: dict[str, NDArray[Any]] = {
+        "vertices": vertices,
+        "triangles": triangles.astype(np.int32),
+        "edge": np.array(edge),
+        "envelope": np.array(ENVELOPE),
+    }
+    try:
+        found = run_library(
+            _PROGRAM, given, patience=PATIENCE, note=f"filling {name} with tetrahedra"
         )
-        try:
-            done = subprocess.run(  # noqa: S603
-                [sys.executable, "-c", _PROGRAM],
-                check=False,
-                cwd=folder,
-                capture_output=True,
-                text=True,
-                timeout=PATIENCE,
-            )
-        except subprocess.TimeoutExpired as error:
-            raise MeshError(
-                f"{name} could not be filled with tetrahedra in {PATIENCE:g} s: {_REMEDY}"
-            ) from error
-        result = Path(folder, "volume.npz")
-        if done.returncode != 0 or not result.exists():
-            last = done.stderr.strip().splitlines()[-1:] or [f"exit code {done.returncode}"]
-            raise MeshError(f"{name} could not be filled with tetrahedra ({last[0]}): {_REMEDY}")
-        with np.load(result) as arrays:
-            vertices, tetrahedra = arrays["vertices"], arrays["tetrahedra"]
-    if not len(tetrahedra):
+    except LibraryError as error:
+        raise MeshError(
+            f"{name} could not be filled with tetrahedra, {error}: {_REMEDY}"
+        ) from error
+    if not len(found["tetrahedra"]):
         raise MeshError(f"{name} could not be filled with tetrahedra: {_REMEDY}")
-    return vertices, tetrahedra
+    return found["vertices"], found["tetrahedra"]

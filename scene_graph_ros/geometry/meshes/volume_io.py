@@ -13,7 +13,7 @@ from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.distinct_rows import distinct_rows
 from scene_graph_ros.geometry.meshes.io import read_file, VOLUME_FILE_TYPES
 from scene_graph_ros.geometry.meshes.limited_inflate import limited_inflate
-from scene_graph_ros.geometry.meshes.promises import check_promises
+from scene_graph_ros.geometry.meshes.promises import check_is_there, check_promises
 from scene_graph_ros.geometry.meshes.solids.crossings import first_crossing
 from scene_graph_ros.geometry.meshes.solids.winding import winding_numbers
 from scene_graph_ros.geometry.meshes.volume_mesh import VolumeMesh
@@ -52,6 +52,7 @@ def parse_volume_mesh(contents: bytes, file_type: str, *, name: str) -> VolumeMe
         raise MeshError(
             f"{name}: no reader of tetrahedra for {quoted(file_type)}; known are {known}"
         )
+    check_is_there(contents, name)
     loaded = _read(contents, file_type, name)
     blocks = [block.data for block in loaded.cells if block.type == "tetra"]
     if not blocks:

@@ -16,6 +16,7 @@ __all__ = [
     "HYDROELASTIC_GROUP",
     "MATERIAL_GROUP",
     "MESH_GROUP",
+    "PIECES",
     "REPRESENTATION",
     "TRIANGLES",
     "add_compliant_hydroelastic_properties",
@@ -28,6 +29,7 @@ __all__ = [
 HYDROELASTIC_GROUP = "hydroelastic"
 MATERIAL_GROUP = "material"
 MESH_GROUP = "mesh"
+PIECES = "pieces"
 REPRESENTATION = "representation"
 CONVEX_HULL = "convex_hull"
 TRIANGLES = "triangles"
@@ -36,13 +38,21 @@ TRIANGLES = "triangles"
 def uses_triangles(properties: ProximityProperties) -> bool:
     """Tell whether a Mesh with these properties means its triangles instead of its hull.
 
-    Raises PropertyError if ``("mesh", "representation")`` is neither of the two words.
+    In pieces it means those of their hulls. Raises PropertyError if ``("mesh",
+    "representation")`` is neither of the two words, or one hull and pieces are asked for.
     """
-    word = properties.get_property_or_default(MESH_GROUP, REPRESENTATION, CONVEX_HULL)
+    in_pieces = properties.has_property(MESH_GROUP, PIECES)
+    default = TRIANGLES if in_pieces else CONVEX_HULL
+    word = properties.get_property_or_default(MESH_GROUP, REPRESENTATION, default)
     if word not in (CONVEX_HULL, TRIANGLES):
         raise PropertyError(
             f"property ({MESH_GROUP!r}, {REPRESENTATION!r}) must be {CONVEX_HULL!r} or"
             f" {TRIANGLES!r}, not {word!r}"
+        )
+    if in_pieces and word == CONVEX_HULL:
+        raise PropertyError(
+            f"property ({MESH_GROUP!r}, {REPRESENTATION!r}) = {CONVEX_HULL!r} means one hull, and"
+            f" ({MESH_GROUP!r}, {PIECES!r}) several: leave one of them out"
         )
     return bool(word == TRIANGLES)
 

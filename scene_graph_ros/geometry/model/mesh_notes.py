@@ -9,7 +9,7 @@ from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.shapes.mesh import Mesh
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 
-__all__ = ["mesh_notes"]
+__all__ = ["mesh_notes", "piece_notes"]
 
 
 def mesh_notes(inspector: SceneGraphInspector, *, search: bool) -> list[str]:
@@ -28,3 +28,13 @@ def mesh_notes(inspector: SceneGraphInspector, *, search: bool) -> list[str]:
             name = inspector.get_name(geometry_id)
             notes[shape] = f"mesh {name!r}: {report.reason}" if report.reason else ""
     return [note for note in notes.values() if note]
+
+
+def piece_notes(inspector: SceneGraphInspector) -> list[str]:
+    """Return a sentence for each mesh in pieces: how many, and how far they leave the solid."""
+    notes: dict[MeshShape, str] = {}
+    for geometry_id in inspector.get_all_geometry_ids(Role.PROXIMITY):
+        shape = inspector.get_shape(geometry_id)
+        if isinstance(shape, Mesh) and shape.pieces is not None and shape not in notes:
+            notes[shape] = f"mesh {inspector.get_name(geometry_id)!r}: {report_of(shape).pieces}"
+    return list(notes.values())

@@ -1,4 +1,4 @@
-"""The proximity properties that say how a mesh is repaired, and that it must be a solid."""
+"""The proximity properties that say how a mesh is taken: repaired, in pieces, as a solid."""
 
 from __future__ import annotations
 
@@ -6,16 +6,19 @@ from typing import Any
 
 from scene_graph_ros.geometry.errors import MeshError, PropertyError
 from scene_graph_ros.geometry.meshes.sources import report_of
-from scene_graph_ros.geometry.model.contact_properties import MESH_GROUP
+from scene_graph_ros.geometry.model.contact_properties import MESH_GROUP, PIECES
 from scene_graph_ros.geometry.model.properties import ProximityProperties
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+from scene_graph_ros.geometry.shapes.mesh_pieces import BY_COACD, BY_OBJECTS, MeshPieces
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape, REPAIR_TOLERANCE
 
 __all__ = ["LARGEST_REPAIR", "check_solid", "mesh_meant", "solid_is_required"]
 
 REPAIR = "repair_tolerance"
+THRESHOLD = "pieces_threshold"
+SEED = "pieces_seed"
 SOLID = "solid"
 REQUIRED = "required"
 IF_CLOSED = "if_closed"
@@ -24,26 +27,77 @@ LARGEST_REPAIR = 1e-2
 """Relative to the size: larger gaps are no faults of writing but openings."""
 
 
-def mesh_meant(shape: Any, properties: ProximityProperties) -> Any:
-    """Return the shape with the tolerance of its repair that properties name.
+_THRESHOLDS = (0.01, 1.0)
+"""Between these CoACD keeps its threshold."""
 
-    Raises PropertyError for a tolerance that is no number from 0 to LARGEST_REPAIR.
+_DEFAULT_THRESHOLD = 0.05
+_LARGEST_SEED = 2**32 - 1
+
+
+def mesh_meant(shape: Any, properties: ProximityProperties) -> Any:
+    """Return the shape with the tolerance of its repair and the pieces that properties name.
+
+    Raises PropertyError for a tolerance that is no number from 0 to LARGEST_REPAIR, and for pieces
+    that are none.
     """
     is_mesh = isinstance(shape, MeshShape)
     if not is_mesh and not properties.has_group(MESH_GROUP):
         return shape
-    value = properties.get_property_or_default(MESH_GROUP, REPAIR, None)
-    if value is None:
-        value = REPAIR_TOLERANCE
-    tolerance = as_float(value)
-    if tolerance is None or not 0.0 <= tolerance <= LARGEST_REPAIR:
-        raise PropertyError(
-            f"property ({MESH_GROUP!r}, {REPAIR!r}) must be a number from 0 to"
-            f" {LARGEST_REPAIR:g}, a part of the mesh's size, not {quoted(value)}"
-        )
-    if not is_mesh or shape.repair_tolerance == tolerance:
+    tolerance, pieces = REPAIR_TOLERANCE, None
+    if properties.has_group(MESH_GROUP):
+        tolerance = _number(properties, REPAIR, REPAIR_TOLERANCE, (0.0, LARGEST_REPAIR))
+        pieces = _pieces(properties)
+    if not is_mesh:
         return shape
-    return shape.with_repair_tolerance(tolerance)
+    if shape.repair_tolerance != tolerance:
+        shape = shape.with_repair_tolerance(tolerance)
+    if shape.kind != ShapeKind.MESH or shape.pieces == pieces:
+        return shape
+    return shape.with_pieces(pieces)
+
+
+def _pieces(properties: ProximityProperties) -> MeshPieces | None:
+    """Return the pieces that properties name. Raises PropertyError for what is none."""
+    word = properties.get_property_or_default(MESH_GROUP, PIECES, None)
+    if word not in (None, BY_OBJECTS, BY_COACD):
+        raise PropertyError(
+            f"property ({MESH_GROUP!r}, {PIECES!r}) must be {BY_COACD!r} or {BY_OBJECTS!r}, not"
+            f" {quoted(word)}"
+        )
+    for name in (THRESHOLD, SEED):
+        if word != BY_COACD and properties.has_property(MESH_GROUP, name):
+            raise PropertyError(
+                f"property ({MESH_GROUP!r}, {name!r}) comes with ({MESH_GROUP!r}, {PIECES!r}) ="
+                f" {BY_COACD!r}"
+            )
+    if word is None or word == BY_OBJECTS:
+        return None if word is None else MeshPieces(BY_OBJECTS)
+    threshold = _number(properties, THRESHOLD, _DEFAULT_THRESHOLD, _THRESHOLDS)
+    seed = properties.get_property_or_default(MESH_GROUP, SEED, 0)
+    if not isinstance(seed, int) or isinstance(seed, bool) or not 0 <= seed <= _LARGEST_SEED:
+        raise PropertyError(
+            f"property ({MESH_GROUP!r}, {SEED!r}) must be a whole number from 0 to"
+            f" {_LARGEST_SEED}, not {quoted(seed)}"
+        )
+    return MeshPieces(BY_COACD, threshold, seed)
+
+
+def _number(
+    properties: ProximityProperties,
+    name: str,
+    default: float,
+    bounds: tuple[float, float],
+) -> float:
+    """Return a number that is a part of the mesh's size. Raises PropertyError."""
+    value = properties.get_property_or_default(MESH_GROUP, name, None)
+    number = as_float(default if value is None else value)
+    low, high = bounds
+    if number is None or not low <= number <= high:
+        raise PropertyError(
+            f"property ({MESH_GROUP!r}, {name!r}) must be a number from {low:g} to {high:g}, a"
+            f" part of the mesh's size, not {quoted(value)}"
+        )
+    return number
 
 
 def solid_is_required(properties: ProximityProperties) -> bool:
@@ -66,7 +120,7 @@ def check_solid(shape: Any, properties: ProximityProperties, name: str) -> None:
         return
     if not isinstance(shape, MeshShape) or shape.kind != ShapeKind.MESH:
         return
-    report = report_of(shape)
+    report = report_of(shape.with_pieces(None))
     if not report.is_closed or report.reason:
         raise MeshError(
             f"geometry {name!r} must be a solid, ({MESH_GROUP!r}, {SOLID!r}) = {REQUIRED!r}:"

@@ -233,6 +233,10 @@ class ProximityProperties(GeometryProperties):
     geometries, ``"convex_hull"`` (default) or ``"triangles"``. ``("mesh", "repair_tolerance")``:
     how large gaps of a Mesh are closed, as a part of its size, 1e-6 by default. ``("mesh",
     "solid")``: ``"required"`` refuses a Mesh that is not closed, ``"if_closed"`` (default) not.
+    ``("mesh", "pieces")``: a Mesh means the union of the convex hulls of its pieces everywhere,
+    which are the ``"objects"`` of an OBJ file, or those that ``"coacd"`` splits it into;
+    ``"pieces_threshold"`` (0.05; how concave a piece may be, as a part of the size) and
+    ``"pieces_seed"`` (0) are CoACD's.
     """
 
     role = Role.PROXIMITY

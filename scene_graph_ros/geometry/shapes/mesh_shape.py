@@ -21,6 +21,7 @@ from scene_graph_ros.geometry.files import find_file
 from scene_graph_ros.geometry.one_line import cut
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array
+from scene_graph_ros.geometry.shapes.mesh_pieces import MeshPieces
 from scene_graph_ros.geometry.shapes.shape import Shape
 from scene_graph_ros.geometry.tolerances import MAX_SHAPE_SIZE, MIN_SCALE
 
@@ -42,6 +43,7 @@ class MeshShape(Shape):
         "faces",
         "file_type",
         "path",
+        "pieces",
         "repair_tolerance",
         "scale",
         "vertices",
@@ -63,6 +65,8 @@ class MeshShape(Shape):
     """Factor per axis of G; negative factors mirror."""
     repair_tolerance: float
     """Relative to the size: how large gaps are repaired. The proximity role says it."""
+    pieces: MeshPieces | None
+    """How a mesh is taken apart; None: it is one piece. The proximity role says it, too."""
 
     def __init__(
         self,
@@ -94,6 +98,7 @@ class MeshShape(Shape):
         put(self, "faces", None)
         put(self, "scale", _checked_scale(name, scale))
         put(self, "repair_tolerance", REPAIR_TOLERANCE)
+        put(self, "pieces", None)
         if path is not None:
             absolute = _checked_path(name, path)
             put(self, "path", absolute)
@@ -145,6 +150,10 @@ class MeshShape(Shape):
         """Return the same data, repaired where gaps are up to ``tolerance`` of the size."""
         return self._with("repair_tolerance", tolerance)
 
+    def with_pieces(self, pieces: MeshPieces | None) -> MeshShape:
+        """Return the same data, taken apart another way."""
+        return self._with("pieces", pieces)
+
     def _with(self, name: str, value: Any) -> MeshShape:
         result = object.__new__(type(self))
         for slot in MeshShape.__slots__:
@@ -167,7 +176,7 @@ class MeshShape(Shape):
         return hash((type(self), self._key, self._made_of_it()))
 
     def _made_of_it(self) -> tuple[Any, ...]:
-        return self.scale, self.repair_tolerance
+        return self.scale, self.repair_tolerance, self.pieces
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _restore, (type(self), [getattr(self, slot) for slot in MeshShape.__slots__])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 import math
 import time
 from typing import Any
@@ -155,13 +156,13 @@ def _obstacles(
             if not convex_set.is_empty() and convex_set.point_in_set(seed, tol):
                 raise MessageError(_collision(query, geometry_id, seed, scope))
         # What is where it was in another configuration is the same obstacle.
-        places = [
-            poses[each.geometry_id].tobytes() if each.geometry_id in poses else b""
-            for each in found
-        ]
-        return [
-            ((each.geometry_id, place), each) for each, place in zip(found, places, strict=True)
-        ]
+        seen: Counter[GeometryId] = Counter()
+        keyed = []
+        for each in found:
+            place = poses[each.geometry_id].tobytes() if each.geometry_id in poses else b""
+            keyed.append(((each.geometry_id, seen[each.geometry_id], place), each))
+            seen[each.geometry_id] += 1  # a mesh has an obstacle a piece
+        return keyed
 
     return list({key: each for found in scope.each(of) for key, each in found}.values())
 

@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 
 from scene_graph_ros.geometry.errors import SceneGraphError
-from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.views.browser.blocks import mesh_block, texture_block
 from scene_graph_ros.views.draw_list import DrawItem
 from scene_graph_ros.views.looks import paint_of, triangles_of
@@ -67,7 +66,7 @@ class SharedMeshes:
         # With what its file says, if no colour and no picture is given for all of it.
         key = (
             item.shape,
-            item.as_hull or item.shape.kind == ShapeKind.CONVEX,
+            item.is_as_given,
             item.rgba is None,
             item.picture and (item.picture, item.rgba),
         )

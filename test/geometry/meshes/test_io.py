@@ -2,8 +2,10 @@ import numpy as np
 import pytest
 import trimesh
 
+from scene_graph_ros.geometry import Mesh
 from scene_graph_ros.geometry.errors import MeshError
-from scene_graph_ros.geometry.meshes.io import read_mesh, read_mesh_contents
+from scene_graph_ros.geometry.meshes.io import MESH_FILE_TYPES, read_mesh, read_mesh_contents
+from scene_graph_ros.geometry.meshes.sources import load_surface
 
 _QUAD = b"""
 # a square and a triangle, with all ways to write a corner
@@ -104,3 +106,12 @@ def test_missing_file_and_folder_are_refused(tmp_path):
         read_mesh(tmp_path / "nowhere.obj")
     with pytest.raises(MeshError, match=str(tmp_path)):
         read_mesh(tmp_path)
+
+
+@pytest.mark.parametrize("suffix", MESH_FILE_TYPES)
+def test_a_git_lfs_pointer_is_called_one(tmp_path, suffix):
+    """Of every format, those of tetrahedra too."""
+    path = tmp_path / f"part.{suffix}"
+    path.write_text("version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 1\n")
+    with pytest.raises(MeshError, match="a Git LFS pointer, not the file itself: run git lfs"):
+        load_surface(Mesh(path))

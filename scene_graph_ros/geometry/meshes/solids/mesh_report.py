@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["MeshReport", "Repair"]
+__all__ = ["MeshReport", "PiecesReport", "Repair"]
 
 Point = tuple[float, float, float]
 
@@ -26,8 +26,33 @@ class Repair:
 
 
 @dataclass(frozen=True)
+class PiecesReport:
+    """By how much the convex hulls of a mesh's pieces leave its solid, metres.
+
+    The largest distance of a point is between the one that was found and its bound.
+    """
+
+    count: int
+    """How many pieces there are."""
+    outside_solid: float
+    """How far a point of a hull is from the solid: what is in the way without being there."""
+    outside_solid_bound: float
+    outside_hulls: float
+    """How far a point of the solid is from all hulls: what is there and in nobody's way."""
+    outside_hulls_bound: float
+
+    def __str__(self) -> str:
+        return (
+            f"{_count(self.count, 'convex piece')}, with points {self.outside_solid:.3g} m outside"
+            f" of the solid (at most {self.outside_solid_bound:.3g}) and points of the solid"
+            f" {self.outside_hulls:.3g} m outside of all hulls (at most"
+            f" {self.outside_hulls_bound:.3g})"
+        )
+
+
+@dataclass(frozen=True)
 class MeshReport:
-    """What a mesh means, and what had to be put right for it."""
+    """What the triangles of a mesh mean, and what had to be put right for it."""
 
     parts: int
     """Closed parts, cavities among them."""
@@ -41,6 +66,8 @@ class MeshReport:
     """Whether the mesh means a solid as a whole: it has a closed part and no sheet."""
     reason: str
     """One sentence that says why it does not, or what is doubtful about the solid; else empty."""
+    pieces: PiecesReport | None = None
+    """Of a mesh that the proximity properties take apart; the others say what its file has."""
 
     def __str__(self) -> str:
         counts = [_count(self.parts - self.cavities, "closed part")]
@@ -49,6 +76,8 @@ class MeshReport:
         text = ", ".join(counts)
         if self.repairs:
             text += "; repaired: " + ", ".join(map(str, self.repairs))
+        if self.pieces:
+            text += f"; {self.pieces}"
         return f"{text}: {self.reason}" if self.reason else text
 
 

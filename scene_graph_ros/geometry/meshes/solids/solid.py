@@ -22,6 +22,7 @@ from scene_graph_ros.geometry.meshes.solids.half_edges import (
     mates_of,
     open_half_edges,
 )
+from scene_graph_ros.geometry.meshes.solids.kept_solid import kept_solid
 from scene_graph_ros.geometry.meshes.solids.mesh_report import MeshReport, Repair
 from scene_graph_ros.geometry.meshes.solids.parts import (
     find_parts,
@@ -75,7 +76,16 @@ def solid_of(vertices: FloatArray, triangles: IntArray, repair_tolerance: float)
     if not len(welded[1]):
         return _NOTHING
     plain = _one_closed_part(*welded)
-    return _of_any_parts(vertices, triangles, repair_tolerance) if plain is None else plain
+    if plain is not None:
+        return plain
+    return Solid(
+        *kept_solid(
+            vertices,
+            triangles,
+            (repair_tolerance,),
+            lambda: _of_any_parts(vertices, triangles, repair_tolerance),
+        )
+    )
 
 
 def _welded(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, IntArray]:

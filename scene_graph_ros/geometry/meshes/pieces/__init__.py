@@ -1,0 +1,1 @@
+"""Meshes taken apart into convex pieces: which, kept where, and how far they leave the solid."""
