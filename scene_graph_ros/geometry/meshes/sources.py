@@ -7,7 +7,6 @@ one file share one hull; the least recently used are forgotten.
 from __future__ import annotations
 
 from collections.abc import Hashable
-from dataclasses import replace
 import hashlib
 from typing import TYPE_CHECKING
 
@@ -65,7 +64,6 @@ _raw: BuildCache[ColoredMesh] = BuildCache(_CAPACITY)
 _hulls: BuildCache[Hull] = BuildCache(_CAPACITY)
 _surfaces: BuildCache[Surface] = BuildCache(_CAPACITY)
 _built: BuildCache[Surface] = BuildCache(_CAPACITY)
-_reports: BuildCache[MeshReport] = BuildCache(_CAPACITY)
 _convex: BuildCache[bool] = BuildCache(_CAPACITY)
 _raw_volumes: BuildCache[tuple[VolumeMesh, FilesRead]] = BuildCache(_CAPACITY)
 
@@ -165,22 +163,8 @@ def surface_of(shape: MeshShape) -> Surface:
 
 
 def report_of(shape: MeshShape) -> MeshReport:
-    """Return what was made of the triangles of a ``Mesh``. Raises MeshError as ``surface_of``.
-
-    A solid whose boundary crosses itself is looked for here, which reading does not.
-    """
-
-    def build() -> MeshReport:
-        from scene_graph_ros.geometry.meshes.solids.crossings import first_crossing
-
-        surface = surface_of(shape)
-        crossing = first_crossing(surface.vertices, surface.triangles[surface.is_solid])
-        if crossing is None or surface.report.reason:
-            return surface.report
-        place = ", ".join(f"{x:.6g}" for x in crossing)
-        return replace(surface.report, reason=f"the surface crosses itself at ({place})")
-
-    return _reports.get(source_identity(shape), build)
+    """Return what was made of the triangles of a ``Mesh``. Raises MeshError as ``surface_of``."""
+    return surface_of(shape).report
 
 
 def open_edges_of(shape: MeshShape) -> np.ndarray:
