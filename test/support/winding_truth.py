@@ -14,7 +14,7 @@ from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 __all__ = ["RawParts", "is_inside", "raw_parts", "solid_angles"]
 
-CHUNK = 2_000_000
+CHUNK = 50_000
 """Pairs of points and triangles that are computed at a time."""
 
 
@@ -24,7 +24,8 @@ class RawParts(NamedTuple):
     vertices: np.ndarray
     triangles: list[np.ndarray]
     """(m, 3) each, oriented outwards."""
-    runs_outwards: list[bool]
+    ways: list[int]
+    """1 where nine of ten triangles ran outwards in the file, -1 inwards, 0 both ways."""
     is_whole: bool
     """Whether each edge is of two triangles: nothing has to be repaired or guessed."""
 
@@ -76,8 +77,8 @@ def raw_parts(vertices, triangles):
         if np.einsum("ij,ij->", a, np.cross(b, c)) < 0.0:
             part = part[:, ::-1]
         parts.append(part)
-        kept = (part == given[label == k]).all(axis=1)
-        outwards.append(bool(2 * kept.sum() >= len(part)))
+        share = (part == given[label == k]).all(axis=1).mean()
+        outwards.append(int(share >= 0.9) - int(share <= 0.1))
     return RawParts(points, parts, outwards, bool((counts == 2).all()))
 
 

@@ -124,10 +124,7 @@ def _crossing(surface: Surface, boxes: Boxes) -> np.ndarray | None:
 
     if surface.is_closed:
         return first_crossing(surface.vertices, surface.triangles, boxes, surface.tree)
-    of_solid = surface.is_solid
-    boxes = boxes[0][of_solid], boxes[1][of_solid]
-    triangles = surface.triangles[of_solid]
-    return first_crossing(surface.vertices, triangles, boxes, build_bvh(*boxes))
+    return first_crossing(surface.vertices, surface.triangles[surface.is_solid])
 
 
 def _surface_of(solid: Solid, name: str) -> tuple[Surface, Boxes]:
@@ -145,7 +142,7 @@ def _surface_of(solid: Solid, name: str) -> tuple[Surface, Boxes]:
     edges = edges_of(triangles)
     _borrow_normals(vertices, triangles, normals, has_area, mates_of(edges))
     at_vertices = _vertex_pseudonormals(vertices, triangles, normals, has_area)
-    at_edges = _edge_pseudonormals(normals, edges)
+    at_edges = _edge_pseudonormals(vertices, triangles, normals, has_area, edges)
     triangles = np.ascontiguousarray(triangles[has_area])
     part, solid_parts = _parts_left(solid.part, has_area, solid.solid_parts)
     corners = vertices[triangles]
@@ -286,9 +283,21 @@ def _vertex_pseudonormals(
     return _normalized(sums, fallback)
 
 
-def _edge_pseudonormals(normals: np.ndarray, edges: Edges) -> np.ndarray:
+def _edge_pseudonormals(
+    vertices: np.ndarray,
+    triangles: np.ndarray,
+    normals: np.ndarray,
+    has_area: np.ndarray,
+    edges: Edges,
+) -> np.ndarray:
     """Average the normals of all triangles at each edge; (m, 3, 3)."""
     own = np.repeat(normals, 3, axis=0)
+    # A triangle without area has at its longest side the normal of those beyond it.
+    flat, mate = np.flatnonzero(~has_area), mates_of(edges)
+    longest = np.argsort(_side_lengths(vertices, triangles[flat]), axis=1)
+    beyond = mate[3 * flat + longest[:, 1]]
+    known = beyond >= 0
+    own[(3 * flat + longest[:, 2])[known]] = normals[beyond[known] // 3]
     row = edges.rows()
     sums = np.stack([np.bincount(row, own[:, axis]) for axis in range(3)], axis=1)
     return _normalized(sums[row], own).reshape(-1, 3, 3)

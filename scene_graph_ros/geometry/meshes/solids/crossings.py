@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
-from scene_graph_ros.geometry.meshes.bvh import traversal_stack
+from scene_graph_ros.geometry.meshes.bvh import build_bvh, traversal_stack
 from scene_graph_ros.geometry.spatial.vectors import axpy, cross, dot, load_vector, norm, subtract
 
 __all__ = ["first_crossing"]
@@ -140,21 +140,25 @@ def _first(vertices, triangles, lower, upper, tree, slack):
 def first_crossing(
     vertices: NDArray[np.float64],
     triangles: NDArray[np.int64],
-    boxes: tuple[NDArray[np.float64], NDArray[np.float64]],
-    tree: tuple[Any, ...],
+    boxes: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
+    tree: tuple[Any, ...] | None = None,
 ) -> NDArray[np.float64] | None:
     """Return a point (3,) where an edge passes through another triangle, or None.
 
     Args:
         vertices: (v, 3).
         triangles: (m, 3).
-        boxes: the lower and upper corners (m, 3) of the triangles.
+        boxes: the lower and upper corners (m, 3) of the triangles, where they are known.
         tree: the hierarchy of these.
 
     """
     if not len(triangles):
         return None
+    if boxes is None:
+        corners = vertices[triangles]
+        boxes = corners.min(axis=1), corners.max(axis=1)
     lower, upper = boxes
+    tree = build_bvh(lower, upper) if tree is None else tree
     size = float((upper.max(axis=0) - lower.min(axis=0)).max())
     at, rows = np.array(vertices, order="C"), np.array(triangles, order="C")
     found, point = _first(at, rows, lower, upper, tree, _DEEP * size)

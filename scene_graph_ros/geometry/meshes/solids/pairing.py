@@ -84,6 +84,8 @@ def _angles(vertices: FloatArray, triangles: IntArray, edges: Edges, half: IntAr
     low = np.minimum(edges.start[half[0]], edges.end[half[0]])
     high = np.maximum(edges.start[half[0]], edges.end[half[0]])
     axis = vertices[high] - vertices[low]
+    if not axis.any():
+        axis = np.ones(3)  # of equal vertices any direction is as good
     axis /= np.linalg.norm(axis)
     across = np.eye(3)[np.abs(axis).argmin()]
     u = np.cross(axis, across)

@@ -35,7 +35,7 @@ class Parts(NamedTuple):
     is_closed: NDArray[np.bool_]
     """(n,): whether a part has no open edge, and encloses anything."""
     runs_outwards: IntArray
-    """(n,): 1 where a part's triangles ran outwards as they were given, -1 inwards, 0 both ways."""
+    """(n,): 1 where a part's triangles ran outwards as given, -1 inwards, 0 both ways."""
     volumes: FloatArray
     """(n,): six times what each closed part encloses; 0 for others."""
     against: IntArray

@@ -21,7 +21,7 @@ __all__ = ["pressed_together"]
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-PRESSED = 2e-13
+PRESSED = 1e-12
 """Relative to the size: how far touching faces are moved."""
 
 _TOUCHING = 5e-14

@@ -14,7 +14,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.meshes.bvh import build_bvh
 from scene_graph_ros.geometry.meshes.distinct_rows import distinct_rows, used_indices
 from scene_graph_ros.geometry.meshes.solids.cavities import cavities_among, Part
 from scene_graph_ros.geometry.meshes.solids.crossings import first_crossing
@@ -23,6 +22,7 @@ from scene_graph_ros.geometry.meshes.solids.pairing import with_pairs_apart
 from scene_graph_ros.geometry.meshes.solids.parts import Parts
 from scene_graph_ros.geometry.meshes.solids.press import pressed_together
 from scene_graph_ros.geometry.meshes.solids.resolve import resolved
+from scene_graph_ros.geometry.meshes.solids.slivers import without_short_edges
 from scene_graph_ros.geometry.meshes.solids.winding import winding_numbers
 
 __all__ = ["United", "unite"]
@@ -82,9 +82,11 @@ def unite(vertices: FloatArray, parts: Parts, *, resolve: bool) -> United:
         if len(members) == 1 and not resolve:
             alone.append(members[0].triangles)
             continue
+        middle = _middle(members)
         try:
-            piece, hollow, crossing = _united_group(vertices, members, resolve)
-            pieces.append(piece)
+            piece, hollow, crossing = _united_group(vertices - middle, members, resolve)
+            pieces.append((piece[0] + middle, piece[1]))
+            crossing = None if crossing is None else crossing + middle
             cavities += hollow
             crossings += [] if crossing is None else [crossing]
         except _NotUnitedError as error:
@@ -115,6 +117,17 @@ def _split(vertices: FloatArray, parts: Parts) -> list[Part]:
     return result
 
 
+def _middle(members: list[Part]) -> FloatArray:
+    """Return a point amid parts: there the library, which rounds by coordinates, is most exact.
+
+    It has few digits, so that hardly any coordinate is rounded when it is subtracted.
+    """
+    lower = np.min([part.lower for part in members], axis=0)
+    upper = np.max([part.upper for part in members], axis=0)
+    step = 2.0 ** (np.floor(np.log2((upper - lower).max())) - 4.0)
+    return np.asarray(np.round(0.5 * (lower + upper) / step) * step)
+
+
 def _used(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, IntArray]:
     used, triangles = used_indices(triangles, len(vertices))
     return vertices[used], triangles
@@ -141,7 +154,7 @@ def _united_group(
     own = distinct_rows(np.stack([np.repeat(label, 3), triangles.reshape(-1)], axis=1))
     points, triangles = vertices[own.rows[:, 1]], own.inverse.reshape(-1, 3)
     if len(members) == 1:
-        return _resolved_group(points, triangles, _crossing(points, triangles), [False])
+        return _resolved_group(points, triangles, first_crossing(points, triangles), [False])
     points = pressed_together(points, triangles, label)
     bodies = [_body(*_used(points, triangles[label == k])) for k in range(len(members))]
     hollow = cavities_among(vertices, members, bodies)
@@ -151,19 +164,13 @@ def _united_group(
     try:
         united = _by_library(bodies, hollow)
         _hold_to_winding((vertices, given), united)
-        crossing = _crossing(*united) if resolve else None
+        crossing = first_crossing(*united) if resolve else None
         if crossing is None:
             return united, int(np.sum(hollow)), None
     except _NotUnitedError:
-        crossing = _crossing(points, triangles)
+        crossing = first_crossing(points, triangles)
     oriented = np.where(is_hollow, triangles[:, ::-1], triangles)
     return _resolved_group(points, oriented, crossing, hollow)
-
-
-def _crossing(points: FloatArray, triangles: IntArray) -> FloatArray | None:
-    corners = points[triangles]
-    boxes = corners.min(axis=1), corners.max(axis=1)
-    return first_crossing(points, triangles, boxes, build_bvh(*boxes))
 
 
 def _resolved_group(
@@ -175,7 +182,7 @@ def _resolved_group(
     found = resolved(points, oriented)
     if found is None:
         raise _NotUnitedError("parts can't be united: where they cross, they do not close")
-    united = found[0], _welded(*found)
+    united = found[0], without_short_edges(*found)
     _hold_to_winding((points, oriented), united)
     return _used(*united), int(np.sum(hollow)), crossing
 
@@ -200,7 +207,7 @@ def _by_library(bodies: Sequence[Any], hollow: list[bool]) -> tuple[FloatArray, 
     mesh = whole.to_mesh64()
     points = np.array(mesh.vert_properties[:, :3], dtype=np.float64)
     triangles = np.array(mesh.tri_verts, dtype=np.int64).reshape(-1, 3)
-    return _used(points, _welded(points, triangles))
+    return _used(points, without_short_edges(points, triangles))
 
 
 def _body(vertices: FloatArray, triangles: IntArray) -> Any:
@@ -230,14 +237,6 @@ def _levels(bodies: Sequence[Any], most: int) -> list[Any]:
             levels[k] = levels[k] + above[k - 1]
         levels[0] = levels[0] + body
     return levels
-
-
-def _welded(points: FloatArray, triangles: IntArray) -> IntArray:
-    """Return triangles that use the first of equal points, without those that collapse."""
-    distinct = distinct_rows(points)
-    triangles = distinct.first[distinct.inverse][triangles]
-    a, b, c = triangles.T
-    return triangles[(a != b) & (b != c) & (c != a)]
 
 
 def _hold_to_winding(
