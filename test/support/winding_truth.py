@@ -63,12 +63,15 @@ def raw_parts(vertices, triangles):
     ways = coo_array((np.where(alike, 1, 2), tuple(ends.T)), shape=(m, m)).tocsr()
     count, label = connected_components(ways, directed=False)
     turned = np.zeros(m, dtype=bool)
-    both = (ways + ways.T).tocsr()
-    for k in range(count):
-        root = int(np.flatnonzero(label == k)[0])
-        reached, before = breadth_first_order(both, root, directed=False)
-        for t in reached[1:]:
-            turned[t] = turned[before[t]] != (both[before[t], t] % 2 == 0)
+    is_alike = {
+        pair: same
+        for (i, j), same in zip(ends.tolist(), alike.tolist(), strict=True)
+        for pair in ((i, j), (j, i))
+    }
+    for root in np.unique(label, return_index=True)[1].tolist():
+        reached, before = breadth_first_order(ways, root, directed=False)
+        for t in reached[1:].tolist():
+            turned[t] = turned[before[t]] != (not is_alike[int(before[t]), t])
     given, rows = rows, np.where(turned[:, None], rows[:, ::-1], rows)
     parts, outwards = [], []
     for k in range(count):
