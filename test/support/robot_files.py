@@ -103,7 +103,7 @@ def truth(vertices, triangles, points, report):
 
 
 def disagreements(rng, surface, vertices, triangles, signed_distance):
-    """Return points (k, 3) with another side than by the definition; None where that is unknown."""
+    """Return points (k, 3) with another side than by definition; None where that is unknown."""
     points = sample_points(rng, vertices, triangles)
     wanted = truth(vertices, triangles, points, surface.report)
     if wanted is None:
