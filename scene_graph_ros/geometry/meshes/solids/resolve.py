@@ -25,7 +25,7 @@ IntArray = NDArray[np.int64]
 _WHOLE = 51
 """Bits of the largest coordinate, in whole numbers."""
 
-_STEPS = (256, 256, 1024, 1024)
+_STEPS = (256, 1024)
 """In 2^-51 of the largest coordinate: how far vertices are moved, in one try after another."""
 
 
@@ -61,7 +61,8 @@ def _boundary(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, In
     whole = np.setdiff1d(np.arange(len(triangles)), source)
     rings = rings_of(polygons, triangles[whole], np.concatenate([source, whole]))
     is_boundary = numbers_above(points, rings, is_front, vertices, triangles) == 0
-    faces, added = [triangles[whole[is_boundary[len(polygons) :]]]], []
+    faces = [triangles[whole[is_boundary[len(polygons) :]]]]
+    added: list[FloatArray] = []
     for k in np.flatnonzero(is_boundary[: len(polygons)]).tolist():
         ring = np.array(polygons[k])
         if len(ring) == 3:
