@@ -256,7 +256,7 @@ def _place_of_topic(scene: Scene, topic: SourceTopic) -> tuple[str | int, ...]:
 
 def _mesh_notes(report: Report, scene_graph: SceneGraph) -> list[str]:
     """Return a sentence for each mesh that is no solid."""
-    notes = mesh_notes(scene_graph.model_inspector(), search=True)
+    notes = mesh_notes(scene_graph.model_inspector())
     return [f"{report.file}: {note}" for note in notes]
 
 

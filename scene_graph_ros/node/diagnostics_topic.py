@@ -118,7 +118,7 @@ class DiagnosticsTopic:
         """Return how many meshes are no solids and why one is not; found once per scene."""
         version, text = self._meshes
         if version != snapshot.scene_version:
-            notes = mesh_notes(snapshot.inspector, search=False)
+            notes = mesh_notes(snapshot.inspector)
             text = "0" if not notes else f"{len(notes)}: {notes[0]}"
             self._meshes = snapshot.scene_version, text
         return text

@@ -34,7 +34,8 @@ def parse_off(contents: bytes, name: str) -> tuple[NDArray[np.float64], NDArray[
     if header is None or lines[0][1][1:2] == [b"BINARY"]:
         raise MeshError(f"{name}: unreadable off: it does not begin with OFF, in words")
     rest = lines[0][1][1:]
-    lines = [(lines[0][0], rest), *lines[1:]] if rest else lines[1:]
+    number = lines[0][0]
+    lines = [(number, rest), *lines[1:]] if rest else lines[1:]
     try:
         number, words = lines[0]
         count, faces = int(words[0]), int(words[1])

@@ -219,11 +219,11 @@ def _mesh(
             raise ValueError(f"more than {MAX_CORNERS} vertices or triangles")
         return vertices, np.zeros((0, 3), dtype=np.int64), None
     sizes, entries = faces.lists[named]
-    corners = entries.astype(np.int64)
-    wrong = (corners < 0) | (corners >= len(vertices))
+    wrong = ~((entries >= 0) & (entries < len(vertices)))
     if wrong.any():
-        index = int(corners[wrong.argmax()])
-        raise ValueError(f"a face refers to vertex {index}, there are {len(vertices)}")
+        index = entries[wrong.argmax()]
+        raise ValueError(f"a face refers to vertex {index:.0f}, there are {len(vertices)}")
+    corners = entries.astype(np.int64)
     # What has less than three corners is no face.
     is_face = sizes > 2
     corners = corners[np.repeat(is_face, sizes)]

@@ -240,23 +240,12 @@ def _surface_of_pieces(shape: MeshShape) -> Surface:
 def report_of(shape: MeshShape) -> MeshReport:
     """Return what was made of the triangles of a ``Mesh``. Raises MeshError as ``surface_of``.
 
-    A solid whose boundary crosses itself is looked for here, which reading does not; so is how far
-    pieces leave the solid.
+    How far pieces leave the solid is looked for here, which reading does not.
     """
-
-    def build() -> MeshReport:
-        from scene_graph_ros.geometry.meshes.solids.crossings import first_crossing
-
-        surface = surface_of(shape)
-        if shape.pieces is not None:
-            return _report_of_pieces(shape, surface)
-        crossing = first_crossing(surface.vertices, surface.triangles[surface.is_solid])
-        if crossing is None or surface.report.reason:
-            return surface.report
-        place = ", ".join(f"{x:.6g}" for x in crossing)
-        return replace(surface.report, reason=f"the surface crosses itself at ({place})")
-
-    return _reports.get(source_identity(shape), build)
+    surface = surface_of(shape)
+    if shape.pieces is None:
+        return surface.report
+    return _reports.get(source_identity(shape), lambda: _report_of_pieces(shape, surface))
 
 
 def _report_of_pieces(shape: MeshShape, union: Surface) -> MeshReport:

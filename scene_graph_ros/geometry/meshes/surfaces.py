@@ -5,7 +5,10 @@ below DEGENERATE_TRIANGLE of the longest side) close the surface by their edges,
 from it: others cover them.
 """
 
-from typing import NamedTuple
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple, TYPE_CHECKING
 
 import numpy as np
 
@@ -16,6 +19,9 @@ from scene_graph_ros.geometry.meshes.solids.half_edges import Edges, edges_of, m
 from scene_graph_ros.geometry.meshes.solids.mesh_report import MeshReport
 from scene_graph_ros.geometry.shapes.mesh_shape import REPAIR_TOLERANCE
 from scene_graph_ros.geometry.tolerances import CONVEX_VOLUME, DEGENERATE_TRIANGLE
+
+if TYPE_CHECKING:
+    from scene_graph_ros.geometry.meshes.solids.solid import Solid
 
 __all__ = [
     "Surface",
@@ -28,6 +34,17 @@ __all__ = [
 NEARLY_FLAT = 1e-12
 """Relative to a mesh's size: as little may a corner be above its neighbour's plane in a convex
 mesh. It is the promised accuracy of a distance."""
+
+
+_SLIVER = 3e-12
+"""Relative to a mesh's size: needles of this height are where parts meet; where bodies are united
+to rounding their normals point anywhere."""
+
+_NEEDLE = 1e-3
+"""Relative to the longest side: the height of a triangle that is a needle."""
+
+Boxes = tuple[np.ndarray, np.ndarray]
+Tree = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
 class Surface(NamedTuple):
@@ -48,6 +65,11 @@ class Surface(NamedTuple):
     report: MeshReport
     open_edges: np.ndarray
     """(k, 2, 3) metres: the ends of edges that stayed open."""
+
+    @property
+    def tree(self) -> Tree:
+        """The hierarchy of boxes of the triangles."""
+        return self.node_lower, self.node_upper, self.node_left, self.node_right, self.order
 
     @property
     def is_solid(self) -> np.ndarray:
@@ -82,24 +104,51 @@ def build_surface(
     # Only scenes with meshes need it.
     from scene_graph_ros.geometry.meshes.solids.solid import solid_of
 
-    solid = solid_of(vertices, triangles, repair_tolerance)
+    surface, boxes = _surface_of(solid_of(vertices, triangles, repair_tolerance), name)
+    where = _crossing(surface, boxes)
+    if where is None:
+        return surface
+    solid = solid_of(vertices, triangles, repair_tolerance, resolve=True)
+    surface, boxes = _surface_of(solid, name)
+    where = _crossing(surface, boxes)
+    if where is None or surface.report.reason:
+        return surface
+    place = ", ".join(f"{x:.6g}" for x in where)
+    reason = f"the surface crosses itself at ({place})"
+    return surface._replace(report=replace(surface.report, reason=reason, is_closed=False))
+
+
+def _crossing(surface: Surface, boxes: Boxes) -> np.ndarray | None:
+    """Return a point where the boundary of the solid crosses itself, or None."""
+    from scene_graph_ros.geometry.meshes.solids.crossings import first_crossing
+
+    if surface.is_closed:
+        return first_crossing(surface.vertices, surface.triangles, boxes, surface.tree)
+    return first_crossing(surface.vertices, surface.triangles[surface.is_solid])
+
+
+def _surface_of(solid: Solid, name: str) -> tuple[Surface, Boxes]:
+    """Return the surface with its normals and its tree, and the boxes of its triangles."""
     vertices, triangles = solid.vertices, solid.triangles
     crosses = _crosses(vertices, triangles)
     doubled_area = np.linalg.norm(crosses, axis=1)
     longest = _side_lengths(vertices, triangles).max(axis=1, initial=0.0)
-    has_area = doubled_area > DEGENERATE_TRIANGLE * longest**2
+    size = float(np.ptp(vertices, axis=0).max(initial=0.0)) if len(vertices) else 0.0
+    least = np.minimum(_SLIVER * size, _NEEDLE * longest)
+    has_area = doubled_area > np.maximum(DEGENERATE_TRIANGLE * longest, least) * longest
     if not has_area.any():
         raise MeshError(f"{name}: there is no triangle with an area")
     normals = crosses / np.where(has_area, doubled_area, 1.0)[:, None]
     edges = edges_of(triangles)
     _borrow_normals(vertices, triangles, normals, has_area, mates_of(edges))
     at_vertices = _vertex_pseudonormals(vertices, triangles, normals, has_area)
-    at_edges = _edge_pseudonormals(normals, edges)
+    at_edges = _edge_pseudonormals(vertices, triangles, normals, has_area, edges)
     triangles = np.ascontiguousarray(triangles[has_area])
     part, solid_parts = _parts_left(solid.part, has_area, solid.solid_parts)
     corners = vertices[triangles]
-    lower, upper, left, right, order = build_bvh(corners.min(axis=1), corners.max(axis=1))
-    return Surface(
+    boxes = corners.min(axis=1), corners.max(axis=1)
+    lower, upper, left, right, order = build_bvh(*boxes)
+    surface = Surface(
         vertices=vertices,
         triangles=triangles,
         normals=normals[has_area],
@@ -115,6 +164,7 @@ def build_surface(
         report=solid.report,
         open_edges=solid.open_edges,
     )
+    return surface, boxes
 
 
 def _parts_left(
@@ -232,9 +282,21 @@ def _vertex_pseudonormals(
     return _normalized(sums, fallback)
 
 
-def _edge_pseudonormals(normals: np.ndarray, edges: Edges) -> np.ndarray:
+def _edge_pseudonormals(
+    vertices: np.ndarray,
+    triangles: np.ndarray,
+    normals: np.ndarray,
+    has_area: np.ndarray,
+    edges: Edges,
+) -> np.ndarray:
     """Average the normals of all triangles at each edge; (m, 3, 3)."""
     own = np.repeat(normals, 3, axis=0)
+    # A triangle without area has at its longest side the normal of those beyond it.
+    flat, mate = np.flatnonzero(~has_area), mates_of(edges)
+    longest = np.argsort(_side_lengths(vertices, triangles[flat]), axis=1)
+    beyond = mate[3 * flat + longest[:, 1]]
+    known = beyond >= 0
+    own[(3 * flat + longest[:, 2])[known]] = normals[beyond[known] // 3]
     row = edges.rows()
     sums = np.stack([np.bincount(row, own[:, axis]) for axis in range(3)], axis=1)
     return _normalized(sums[row], own).reshape(-1, 3, 3)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from scene_graph_ros.geometry.meshes.solids.mesh_report import MeshReport
-from scene_graph_ros.geometry.meshes.sources import report_of, surface_of
+from scene_graph_ros.geometry.meshes.sources import report_of
 from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.shapes.mesh import Mesh
@@ -12,11 +11,10 @@ from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 __all__ = ["mesh_notes", "piece_notes"]
 
 
-def mesh_notes(inspector: SceneGraphInspector, *, search: bool) -> list[str]:
+def mesh_notes(inspector: SceneGraphInspector) -> list[str]:
     """Return a sentence for each mesh with the proximity role that has a reason in its report.
 
-    A mesh that several geometries share is named once. With ``search`` boundaries that cross
-    themselves are looked for, which takes longer than reading.
+    A mesh that several geometries share is named once.
     """
     notes: dict[MeshShape, str] = {}
     for geometry_id in inspector.get_all_geometry_ids(Role.PROXIMITY):
@@ -24,7 +22,7 @@ def mesh_notes(inspector: SceneGraphInspector, *, search: bool) -> list[str]:
         if not isinstance(shape, Mesh) or inspector.is_deformable(geometry_id):
             continue
         if shape not in notes:
-            report: MeshReport = report_of(shape) if search else surface_of(shape).report
+            report = report_of(shape)
             name = inspector.get_name(geometry_id)
             notes[shape] = f"mesh {name!r}: {report.reason}" if report.reason else ""
     return [note for note in notes.values() if note]

@@ -18,80 +18,147 @@ _DEEP = 1e-9
 
 
 @lean_kernel
-def _pierces(p, q, a, b, c, slack):
-    """Return (pierces, x): whether the segment from p to q goes through a triangle, and where."""
-    n = cross(subtract(b, a), subtract(c, a))
-    length = norm(n)
-    if length == 0.0:
-        return False, p
-    above, below = dot(n, subtract(p, a)) / length, dot(n, subtract(q, a)) / length
-    if above * below >= 0.0 or min(abs(above), abs(below)) <= slack:
-        return False, p
-    x = axpy(above / (above - below), subtract(q, p), p)
+def _heights(vertices, triangles, t, origin, n):
+    """Return how far the corners of a triangle are above a plane, times the length of n."""
+    return (
+        dot(n, subtract(load_vector(vertices, triangles[t, 0]), origin)),
+        dot(n, subtract(load_vector(vertices, triangles[t, 1]), origin)),
+        dot(n, subtract(load_vector(vertices, triangles[t, 2]), origin)),
+    )
+
+
+@lean_kernel
+def _is_within(x, n, length, a, b, c, slack):
+    """Return whether a point of the plane of a triangle is inside of it, by more than slack."""
     for first, last in ((a, b), (b, c), (c, a)):
         edge = subtract(last, first)
-        inward = dot(cross(n, edge), subtract(x, first)) / (length * norm(edge))
-        if inward <= slack:
-            return False, p
-    return True, x
+        if dot(cross(n, edge), subtract(x, first)) <= slack * length * norm(edge):
+            return False
+    return True
+
+
+@lean_kernel
+def _pierced(vertices, triangles, t, s, slack):
+    """Return (pierced, x): whether an edge of triangle t goes through triangle s, and where."""
+    a = load_vector(vertices, triangles[s, 0])
+    b = load_vector(vertices, triangles[s, 1])
+    c = load_vector(vertices, triangles[s, 2])
+    n = cross(subtract(b, a), subtract(c, a))
+    length = norm(n)
+    heights = _heights(vertices, triangles, t, a, n)
+    deep = slack * length
+    if length == 0.0 or max(heights) <= deep or min(heights) >= -deep:
+        return False, a
+    for k in range(3):
+        above, below = heights[k], heights[(k + 1) % 3]
+        if above * below >= 0.0 or min(abs(above), abs(below)) <= deep:
+            continue
+        i, j = triangles[t, k], triangles[t, (k + 1) % 3]
+        if (
+            (triangles[s, 0] == i or triangles[s, 0] == j)
+            or (triangles[s, 1] == i or triangles[s, 1] == j)
+            or (triangles[s, 2] == i or triangles[s, 2] == j)
+        ):
+            continue
+        p, q = load_vector(vertices, i), load_vector(vertices, j)
+        x = axpy(above / (above - below), subtract(q, p), p)
+        if _is_within(x, n, length, a, b, c, slack):
+            return True, x
+    return False, a
+
+
+@lean_kernel
+def _cross(vertices, triangles, t, s, slack):
+    """Return (crosses, x) of two triangles; those with an edge in common can't cross."""
+    shared = 0
+    for k in range(3):
+        for m in range(3):
+            shared += triangles[t, k] == triangles[s, m]
+    if shared > 1:
+        return False, (0.0, 0.0, 0.0)
+    pierced, x = _pierced(vertices, triangles, t, s, slack)
+    if pierced:
+        return True, x
+    return _pierced(vertices, triangles, s, t, slack)
+
+
+@lean_kernel
+def _meets(i, j, lower, upper):
+    """Return whether two boxes meet."""
+    for axis in range(3):
+        if lower[i, axis] > upper[j, axis] or upper[i, axis] < lower[j, axis]:
+            return False
+    return True
+
+
+@lean_kernel
+def _leaves_cross(vertices, triangles, lower, upper, tree, i, j, slack):
+    """Return (crosses, x) of the triangles of two leaves, or of one with itself."""
+    _, _, left, right, order = tree
+    for one in range(-1 - left[i], -1 - left[i] + right[i]):
+        for other in range(-1 - left[j], -1 - left[j] + right[j]):
+            if i == j and other <= one:
+                continue
+            if _meets(order[one], order[other], lower, upper):
+                crosses, x = _cross(vertices, triangles, order[one], order[other], slack)
+                if crosses:
+                    return True, x
+    return False, (0.0, 0.0, 0.0)
 
 
 @kernel
 def _first(vertices, triangles, lower, upper, tree, slack):
-    """Return (found, point) of the first triangle, in their order, that another one crosses."""
-    node_lower, node_upper, left, right, order = tree
-    stack = traversal_stack()
+    """Return (found, point) of the first two triangles, in the order of a walk, that cross."""
+    node_lower, node_upper, left, right, _ = tree
+    ones, others = traversal_stack(), traversal_stack()
     point = np.zeros(3)
-    for t in range(len(triangles)):
-        stack[0], depth = 0, 1
+    for node in range(len(left)):
+        # What is below one child against what is below the other.
+        ones[0], others[0] = (node, node) if left[node] < 0 else (left[node], right[node])
+        depth = 1
         while depth > 0:
             depth -= 1
-            node = stack[depth]
-            meets = True
-            for axis in range(3):
-                meets = meets and lower[t, axis] <= node_upper[node, axis]
-                meets = meets and upper[t, axis] >= node_lower[node, axis]
-            if not meets:
+            i, j = ones[depth], others[depth]
+            if not _meets(i, j, node_lower, node_upper):
                 continue
-            if left[node] >= 0:
-                stack[depth], stack[depth + 1] = right[node], left[node]
+            if left[i] < 0 and left[j] < 0:
+                crosses, x = _leaves_cross(vertices, triangles, lower, upper, tree, i, j, slack)
+                if crosses:
+                    point[0], point[1], point[2] = x
+                    return True, point
+            elif left[i] < 0 or (left[j] >= 0 and j < i):
+                ones[depth], others[depth] = i, right[j]
+                ones[depth + 1], others[depth + 1] = i, left[j]
                 depth += 2
-                continue
-            for slot in range(-1 - left[node], -1 - left[node] + right[node]):
-                s = order[slot]
-                a = load_vector(vertices, triangles[s, 0])
-                b = load_vector(vertices, triangles[s, 1])
-                c = load_vector(vertices, triangles[s, 2])
-                for k in range(3):
-                    i, j = triangles[t, k], triangles[t, (k + 1) % 3]
-                    shares = False
-                    for corner in range(3):
-                        shares = shares or triangles[s, corner] == i or triangles[s, corner] == j
-                    if shares:
-                        continue
-                    p, q = load_vector(vertices, i), load_vector(vertices, j)
-                    pierces, x = _pierces(p, q, a, b, c, slack)
-                    if pierces:
-                        point[0], point[1], point[2] = x
-                        return True, point
+            else:
+                ones[depth], others[depth] = right[i], j
+                ones[depth + 1], others[depth + 1] = left[i], j
+                depth += 2
     return False, point
 
 
 def first_crossing(
-    vertices: NDArray[np.float64], triangles: NDArray[np.int64]
+    vertices: NDArray[np.float64],
+    triangles: NDArray[np.int64],
+    boxes: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
+    tree: tuple[Any, ...] | None = None,
 ) -> NDArray[np.float64] | None:
     """Return a point (3,) where an edge passes through another triangle, or None.
 
     Args:
         vertices: (v, 3).
         triangles: (m, 3).
+        boxes: the lower and upper corners (m, 3) of the triangles, where they are known.
+        tree: the hierarchy of these.
 
     """
     if not len(triangles):
         return None
-    corners = vertices[triangles]
-    lower, upper = corners.min(axis=1), corners.max(axis=1)
-    tree: tuple[Any, ...] = build_bvh(lower, upper)
+    if boxes is None:
+        corners = vertices[triangles]
+        boxes = corners.min(axis=1), corners.max(axis=1)
+    lower, upper = boxes
+    tree = build_bvh(lower, upper) if tree is None else tree
     size = float((upper.max(axis=0) - lower.min(axis=0)).max())
     at, rows = np.array(vertices, order="C"), np.array(triangles, order="C")
     found, point = _first(at, rows, lower, upper, tree, _DEEP * size)

@@ -1,8 +1,4 @@
-"""The parts of triangles: joined along edges of two, each oriented, closed or a sheet.
-
-Where more than two triangles of a part, or of several that are open, meet at an edge, they are
-paired around it: those beside each other that bound one wedge of the solid.
-"""
+"""The parts of triangles: joined along edges of two, each oriented, closed or a sheet."""
 
 from __future__ import annotations
 
@@ -12,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.meshes.solids.half_edges import Edges, edges_of, mates_of
+from scene_graph_ros.geometry.meshes.solids.pairing import pair_around
 from scene_graph_ros.geometry.meshes.solids.walk import walk_parts
 
 __all__ = ["Parts", "find_parts", "joined_parts", "signed_volumes"]
@@ -24,6 +21,10 @@ _ROUNDS = 16
 """Of pairing around edges that parts share; each round leaves fewer open ones."""
 
 
+_ALIKE = 0.9
+"""A part in which fewer triangles run alike says nothing of what it means by their way."""
+
+
 class Parts(NamedTuple):
     """Triangles, each part oriented outwards, and what is known of the parts."""
 
@@ -33,8 +34,8 @@ class Parts(NamedTuple):
     """(m,): the part of each triangle, counted from 0."""
     is_closed: NDArray[np.bool_]
     """(n,): whether a part has no open edge, and encloses anything."""
-    runs_outwards: NDArray[np.bool_]
-    """(n,): whether most of a part's triangles ran outwards as they were given."""
+    runs_outwards: IntArray
+    """(n,): 1 where a part's triangles ran outwards as given, -1 inwards, 0 both ways."""
     volumes: FloatArray
     """(n,): six times what each closed part encloses; 0 for others."""
     against: IntArray
@@ -48,7 +49,7 @@ def find_parts(vertices: FloatArray, triangles: IntArray) -> Parts:
     label, turned, is_two_sided = walk_parts(mate, edges.start)
     closed = _closed(edges, label, turned, is_two_sided)
     for _ in range(_ROUNDS):
-        if closed.all() or not _pair_around(vertices, triangles, edges, mate, closed[label]):
+        if closed.all() or not pair_around(vertices, triangles, edges, mate, closed[label]):
             break
         label, turned, is_two_sided = walk_parts(mate, edges.start)
         closed = _closed(edges, label, turned, is_two_sided)
@@ -107,50 +108,6 @@ def _closed(
     return closed
 
 
-def _pair_around(
-    vertices: FloatArray, triangles: IntArray, edges: Edges, mate: IntArray, is_closed: BoolArray
-) -> bool:
-    """Pair half edges of open parts around edges that have an even number of them; tell if any."""
-    counts = edges.counts
-    changed = False
-    for e in np.flatnonzero(counts > 2):
-        half = edges.order[edges.first[e] : edges.first[e + 1]]
-        half = half[(mate[half] < 0) & ~is_closed[half // 3]]
-        if len(half) < 2 or len(half) % 2:
-            continue
-        half = half[np.argsort(_angles(vertices, triangles, edges, half), kind="stable")]
-        low = edges.start[half] < edges.end[half]
-        if (low[::2] != low[1::2]).all():
-            # Counter-clockwise around the edge, a half edge along it is where its solid ends.
-            shift = 0 if not low[0] else 1
-        else:
-            shift = _tighter(_angles(vertices, triangles, edges, half))
-        half = np.roll(half, -shift)
-        mate[half[::2]], mate[half[1::2]] = half[1::2], half[::2]
-        changed = True
-    return changed
-
-
-def _angles(vertices: FloatArray, triangles: IntArray, edges: Edges, half: IntArray) -> FloatArray:
-    """Return the angles (k,) of triangles around their common edge, from the lower vertex."""
-    low = np.minimum(edges.start[half[0]], edges.end[half[0]])
-    high = np.maximum(edges.start[half[0]], edges.end[half[0]])
-    axis = vertices[high] - vertices[low]
-    axis /= np.linalg.norm(axis)
-    across = np.eye(3)[np.abs(axis).argmin()]
-    u = np.cross(axis, across)
-    u /= np.linalg.norm(u)
-    corner = triangles[half // 3, (half % 3 + 2) % 3]
-    arms = vertices[corner] - vertices[low]
-    return np.arctan2(arms @ np.cross(axis, u), arms @ u)
-
-
-def _tighter(angles: FloatArray) -> int:
-    """Return 0 or 1: from which on pairs of sorted angles are nearer to each other."""
-    gaps = np.diff(np.append(angles, angles[0] + 2.0 * np.pi))
-    return 0 if gaps[::2].sum() <= gaps[1::2].sum() else 1
-
-
 def _oriented(
     vertices: FloatArray,
     triangles: IntArray,
@@ -167,8 +124,9 @@ def _oriented(
     inwards = closed & (volumes < 0.0)
     triangles = np.where(inwards[label][:, None], triangles[:, ::-1], triangles)
     is_kept = (triangles == raw).all(axis=1)
-    runs_outwards = 2 * np.bincount(label, is_kept, count) >= np.bincount(label, minlength=count)
-    against = np.flatnonzero(closed[label] & (is_kept != runs_outwards[label]))
+    share = np.bincount(label, is_kept, count) / np.maximum(np.bincount(label, minlength=count), 1)
+    runs_outwards = (share >= _ALIKE).astype(np.int64) - (share <= 1.0 - _ALIKE)
+    against = np.flatnonzero(closed[label] & (is_kept != (share >= 0.5)[label]))
     # What is open stays as it is given.
     triangles = np.where(closed[label][:, None], triangles, raw)
     return Parts(

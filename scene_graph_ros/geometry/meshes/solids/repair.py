@@ -31,7 +31,7 @@ _PASSES = 24
 
 
 def repaired(
-    vertices: FloatArray, triangles: IntArray, tolerance: float
+    vertices: FloatArray, triangles: IntArray, tolerance: float, *, layers: int
 ) -> tuple[IntArray, list[Repair]]:
     """Return the triangles (m, 3) over the same vertices, and what was done.
 
@@ -39,15 +39,17 @@ def repaired(
         vertices: (v, 3), no two equal.
         triangles: (m, 3), each of three vertices.
         tolerance: metres; how large a gap may be.
+        layers: 2 or 0, how many of triangles on the same vertices are kept where an even number
+            closes the edges around: 2 are faces of bodies that touch or are nested.
 
     """
     repairs: list[Repair] = []
-    triangles = without_doubles(vertices, triangles, repairs)
+    triangles = without_doubles(vertices, triangles, repairs, layers)
     triangles = _without_strays(vertices, triangles, repairs)
     if len(triangles) and (edges_of(triangles).counts % 2).any():
         triangles = _without_seams(vertices, triangles, tolerance, repairs)
         triangles = _without_t_vertices(vertices, triangles, tolerance, repairs)
-        triangles = without_doubles(vertices, triangles, repairs)
+        triangles = without_doubles(vertices, triangles, repairs, layers)
         triangles = _without_strays(vertices, triangles, repairs)
     return triangles, repairs
 
@@ -57,17 +59,25 @@ def _note(repairs: list[Repair], kind: str, count: int, point: FloatArray) -> No
     repairs.append(Repair(kind, count, (x, y, z)))
 
 
-def without_doubles(vertices: FloatArray, triangles: IntArray, repairs: list[Repair]) -> IntArray:
-    """Keep of triangles on the same vertices one, or none where that closes the edges around."""
+def without_doubles(
+    vertices: FloatArray, triangles: IntArray, repairs: list[Repair], layers: int
+) -> IntArray:
+    """Keep of triangles on the same vertices one, or ``layers`` where that closes edges."""
     distinct = distinct_rows(np.sort(triangles, axis=1))
     if len(distinct.first) == len(triangles):
         return triangles
     times = np.bincount(distinct.inverse, minlength=len(distinct.first))
-    kept = np.ones(len(distinct.first), dtype=bool)
-    _decide(distinct.rows, times > 1, kept)
-    example = distinct.rows[int(np.flatnonzero(times > 1)[0])]
-    _note(repairs, "doubled triangles", int((times - 1).sum()), vertices[example].mean(axis=0))
-    return triangles[np.sort(distinct.first[kept])]
+    is_single = np.ones(len(distinct.first), dtype=bool)
+    _decide(distinct.rows, times > 1, is_single)
+    order = np.argsort(distinct.inverse, kind="stable")
+    number = np.empty(len(triangles), dtype=np.int64)
+    number[order] = np.arange(len(order)) - np.repeat(np.cumsum(times) - times, times)
+    kept = number < np.where(is_single, 1, layers)[distinct.inverse]
+    if kept.all():
+        return triangles
+    example = triangles[int(np.flatnonzero(~kept)[0])]
+    _note(repairs, "doubled triangles", int((~kept).sum()), vertices[example].mean(axis=0))
+    return triangles[kept]
 
 
 def _decide(triangles: IntArray, is_free: NDArray[np.bool_], kept: NDArray[np.bool_]) -> None:

@@ -67,23 +67,26 @@ _NOTHING = Solid(
 )
 
 
-def solid_of(vertices: FloatArray, triangles: IntArray, repair_tolerance: float) -> Solid:
+def solid_of(
+    vertices: FloatArray, triangles: IntArray, repair_tolerance: float, *, resolve: bool = False
+) -> Solid:
     """Return what (m, 3) triangles over (v, 3) vertices mean.
 
-    ``repair_tolerance`` is relative to the size: how large gaps are that are closed.
+    ``repair_tolerance`` is relative to the size: how large gaps are that are closed. ``resolve``
+    says that the solid that was found before crosses itself somewhere.
     """
     welded = _welded(vertices, triangles)
     if not len(welded[1]):
         return _NOTHING
-    plain = _one_closed_part(*welded)
+    plain = None if resolve else _one_closed_part(*welded)
     if plain is not None:
         return plain
     return Solid(
         *kept_solid(
             vertices,
             triangles,
-            (repair_tolerance,),
-            lambda: _of_any_parts(vertices, triangles, repair_tolerance),
+            (repair_tolerance, resolve),
+            lambda: _of_any_parts(vertices, triangles, repair_tolerance, resolve),
         )
     )
 
@@ -117,7 +120,9 @@ def _one_closed_part(vertices: FloatArray, triangles: IntArray) -> Solid | None:
     return Solid(vertices, triangles, label, 1, report, np.zeros((0, 2, 3)))
 
 
-def _of_any_parts(vertices: FloatArray, triangles: IntArray, tolerance: float) -> Solid:
+def _of_any_parts(
+    vertices: FloatArray, triangles: IntArray, tolerance: float, resolve: bool
+) -> Solid:
     size = float(np.ptp(vertices[triangles].reshape(-1, 3), axis=0).max())
     # What is closed by the file's own numbers is a part, whatever else has the same vertices.
     alone = find_parts(vertices, triangles)
@@ -125,18 +130,21 @@ def _of_any_parts(vertices: FloatArray, triangles: IntArray, tolerance: float) -
     repairs: list[Repair] = []
     parts, membranes = find_parts(at, rest), rest[:0]
     if not parts.is_closed.all() or _has_doubles(rest):
-        rest, repairs = repaired(at, rest, tolerance * size)
-        rest, membranes = without_membranes(at, rest)
-        parts = find_parts(at, rest)
+        parts, membranes, repairs = _repaired_parts(at, rest, tolerance * size)
     parts = joined_parts(alone, parts, len(vertices))
     membranes = membranes + len(vertices)
     vertices = np.concatenate([vertices, at])
-    united = unite(vertices, parts)
+    united = unite(vertices, parts, resolve=resolve)
     if len(united.dropped):
         first = parts.triangles[parts.label == united.dropped[0]][0, 0]
         x, y, z = (float(c) for c in vertices[first])
         repairs.append(
             Repair("parts smaller than 1e-12 of the whole dropped", len(united.dropped), (x, y, z))
+        )
+    if united.crossings:
+        x, y, z = (float(c) for c in united.crossings[0])
+        repairs.append(
+            Repair("bodies cut where they cross themselves", len(united.crossings), (x, y, z))
         )
     if len(parts.against):
         x, y, z = (float(c) for c in vertices[parts.triangles[parts.against[0]]].mean(axis=0))
@@ -156,6 +164,21 @@ def _of_any_parts(vertices: FloatArray, triangles: IntArray, tolerance: float) -
             repairs.append(Repair("triangles inside of the solid dropped", len(gone), (x, y, z)))
     report = _report(parts, united, len(np.unique(sheet_label)), repairs, open_edges)
     return _assembled(united, (sheets, sheet_label), report, open_edges)
+
+
+def _repaired_parts(
+    vertices: FloatArray, triangles: IntArray, tolerance: float
+) -> tuple[Parts, IntArray, list[Repair]]:
+    """Return parts, membranes (k, 3) and repairs, with doubled faces as closes most."""
+    found = []
+    for layers in (2, 0) if _has_doubles(triangles) else (2,):
+        rest, repairs = repaired(vertices, triangles, tolerance, layers=layers)
+        rest, membranes = without_membranes(vertices, rest)
+        parts = find_parts(vertices, rest)
+        found.append((parts, membranes, repairs))
+        if parts.is_closed.all():
+            break
+    return min(found, key=lambda f: np.count_nonzero(~f[0].is_closed[f[0].label]))
 
 
 def _has_doubles(triangles: IntArray) -> bool:

@@ -62,8 +62,8 @@ def _passes(p, inverse, lower, upper, node):
 
 
 @kernel
-def _number(p, d, vertices, triangles, tree):
-    """Return (winding number, is_clear) by one ray."""
+def _number(p, d, vertices, triangles, tree, own):
+    """Return (winding number, is_clear) by one ray; just above the triangle ``own``, if any."""
     lower, upper, left, right, order = tree
     inverse = (1.0 / d[0], 1.0 / d[1], 1.0 / d[2])
     stack = traversal_stack()
@@ -79,13 +79,15 @@ def _number(p, d, vertices, triangles, tree):
             continue
         for slot in range(-1 - left[node], -1 - left[node] + right[node]):
             t = order[slot]
-            sign, is_clear = _crossing(
-                p,
-                d,
-                load_vector(vertices, triangles[t, 0]),
-                load_vector(vertices, triangles[t, 1]),
-                load_vector(vertices, triangles[t, 2]),
-            )
+            a = load_vector(vertices, triangles[t, 0])
+            b = load_vector(vertices, triangles[t, 1])
+            c = load_vector(vertices, triangles[t, 2])
+            if t == own:
+                # A ray that begins above it and goes down leaves the surface once less.
+                if dot(d, cross(subtract(b, a), subtract(c, a))) < 0.0:
+                    total -= 1
+                continue
+            sign, is_clear = _crossing(p, d, a, b, c)
             if not is_clear:
                 return 0, False
             total += sign
@@ -93,13 +95,14 @@ def _number(p, d, vertices, triangles, tree):
 
 
 @kernel
-def _numbers(points, rays, vertices, triangles, tree):
+def _numbers(points, own, rays, vertices, triangles, tree):
     """Return (n,) winding numbers; the last ray's where none is clear."""
     result = np.zeros(len(points), np.int64)
     for i in range(len(points)):
         p = load_vector(points, i)
         for k in range(len(rays)):
-            total, is_clear = _number(p, load_vector(rays, k), vertices, triangles, tree)
+            ray = load_vector(rays, k)
+            total, is_clear = _number(p, ray, vertices, triangles, tree, own[i])
             result[i] = total
             if is_clear:
                 break
@@ -107,11 +110,15 @@ def _numbers(points, rays, vertices, triangles, tree):
 
 
 def winding_numbers(
-    points: NDArray[np.float64], vertices: NDArray[np.float64], triangles: NDArray[np.int64]
+    points: NDArray[np.float64],
+    vertices: NDArray[np.float64],
+    triangles: NDArray[np.int64],
+    above: NDArray[np.int64] | None = None,
 ) -> NDArray[np.int64]:
     """Return (n,) how often closed triangles wind around each of (n, 3) points.
 
-    It is 1 inside of one part whose triangles run counter-clockwise seen from outside.
+    It is 1 inside of one part whose triangles run counter-clockwise seen from outside. With
+    ``above`` (n,) each point is in a triangle, and the number is that of its front side.
     """
     corners = vertices[triangles]
     lower, upper = corners.min(axis=1), corners.max(axis=1)
@@ -120,5 +127,6 @@ def winding_numbers(
     rays = np.random.default_rng(1).normal(size=(_TRIES, 3))
     rays = np.sign(rays) * np.maximum(np.abs(rays), 0.1)
     rays /= np.linalg.norm(rays, axis=1)[:, None]
-    arrays = (np.array(a, order="C") for a in (points, rays, vertices, triangles))
+    own = np.full(len(points), -1) if above is None else above
+    arrays = (np.array(a, order="C") for a in (points, own, rays, vertices, triangles))
     return np.asarray(_numbers(*arrays, tree))

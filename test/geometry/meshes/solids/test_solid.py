@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+from winding_truth import solid_angles
 
 from scene_graph_ros.geometry import Mesh
 from scene_graph_ros.geometry.errors import MeshError, PropertyError
 from scene_graph_ros.geometry.meshes.solids.solid import solid_of
 from scene_graph_ros.geometry.meshes.solids.winding import winding_numbers
-from scene_graph_ros.geometry.meshes.sources import is_convex, report_of
+from scene_graph_ros.geometry.meshes.sources import is_convex, surface_of
 from scene_graph_ros.geometry.model.mesh_properties import check_solid, mesh_meant
 from scene_graph_ros.geometry.model.properties import ProximityProperties
 
@@ -156,12 +157,18 @@ def test_convex_is_what_has_no_hollow_edge():
     assert is_convex(Mesh(vertices=flush[0], faces=flush[1]))
 
 
-def test_a_surface_that_crosses_itself_is_told():
-    """By a search that reading does not make."""
+def test_a_surface_that_crosses_itself_is_cut_there():
+    """A corner pulled through the top: what is above the top is outside, by winding numbers."""
     points = UNIT[0].copy()
     points[0] = (0.5, 0.5, 1.5)  # its edges pass through the top
-    reason = report_of(Mesh(vertices=points, faces=FACES)).reason
-    assert "crosses itself at (" in reason
+    surface = surface_of(Mesh(vertices=points, faces=FACES))
+    assert surface.report.is_closed
+    assert "cut where they cross themselves" in str(surface.report)
+    asked = np.random.default_rng(5).uniform(-0.2, 1.7, (2000, 3))
+    wanted = solid_angles(asked, points, FACES) > 0.5
+    assert 50 < wanted.sum() < 1950
+    found = winding_numbers(asked, surface.vertices, surface.triangles[surface.is_solid])
+    np.testing.assert_array_equal(found, wanted)
 
 
 def test_a_solid_can_be_required():

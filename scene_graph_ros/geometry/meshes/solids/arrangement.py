@@ -1,0 +1,188 @@
+"""Cut triangles along the curves where they cross each other, into convex polygons that conform.
+
+Each point is known by the planes and the edge that it is on, never by its coordinates: two
+polygons that meet have the same points in common, also where triangles cross in slivers.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.meshes.solids.exact_points import ascending, Edge, ExactPoints
+from scene_graph_ros.geometry.meshes.solids.piercing import DegenerateError, piercings
+
+__all__ = ["Arrangement", "arrangement"]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+Label = int | Edge
+"""What a side of a polygon is on: another triangle, or an edge of its own."""
+
+
+class _Piece(NamedTuple):
+    """A convex part of a triangle."""
+
+    sides: list[tuple[int, Label]]
+    """Points in order, each with the label of the side that begins there."""
+    is_front: dict[int, bool]
+    """Of the triangles along which it was cut: whether it is on their front side."""
+
+
+class Arrangement(NamedTuple):
+    """Convex polygons that cover triangles, and cross each other nowhere."""
+
+    points: FloatArray
+    """(k, 3): the vertices, and points where triangles cross."""
+    polygons: list[list[int]]
+    """Points in order; some are on straight sides."""
+    source: IntArray
+    """(n,): the triangle that each polygon is of."""
+    is_front: list[dict[int, bool]]
+    """Of triangles that cross the source: whether the polygon is on their front side."""
+
+
+def arrangement(vertices: FloatArray, triangles: IntArray) -> Arrangement:
+    """Return the polygons of triangles that cross others, or that points are on the edges of.
+
+    Args:
+        vertices: (v, 3) whole numbers, in general position.
+        triangles: (m, 3).
+
+    Raises:
+        DegenerateError: the position is not general.
+
+    """
+    points = ExactPoints(vertices, triangles)
+    crossing = _segments(points, vertices, triangles)
+    pieces = {t: _cut(points, t, others) for t, others in crossing.items()}
+    for edge in list(points.on_edge):
+        for t in points.owners[edge]:
+            pieces.setdefault(t, [_whole(points.rows[t])])
+    polygons, source, is_front = [], [], []
+    for t, parts in pieces.items():
+        for part in parts:
+            polygons.append(_with_all_points(points, t, part))
+            source.append(t)
+            is_front.append(part.is_front)
+    return Arrangement(np.array(points.at), polygons, np.array(source, dtype=np.int64), is_front)
+
+
+def _segments(
+    points: ExactPoints, vertices: FloatArray, triangles: IntArray
+) -> dict[int, dict[int, tuple[int, int]]]:
+    """Return for each triangle that others cross, from where to where each of them does."""
+    ends: dict[Edge, set[int]] = defaultdict(set)
+    found = piercings(vertices, triangles)
+    for (u, v), t, owner in zip(*(a.tolist() for a in found), strict=True):
+        ends[ascending(t, owner)].add(points.on_edge_and_plane((u, v), t))
+    result: dict[int, dict[int, tuple[int, int]]] = defaultdict(dict)
+    for (one, other), between in ends.items():
+        between |= set(points.rows[one]) & set(points.rows[other])
+        if len(between) != 2:
+            raise DegenerateError
+        start, end = between
+        result[one][other] = result[other][one] = start, end
+    return result
+
+
+def _whole(row: list[int]) -> _Piece:
+    return _Piece([(row[k], ascending(row[k], row[(k + 1) % 3])) for k in range(3)], {})
+
+
+def _cut(points: ExactPoints, t: int, others: dict[int, tuple[int, int]]) -> list[_Piece]:
+    """Return a triangle cut along others, each as far as it reaches."""
+    pieces = [_whole(points.rows[t])]
+    for other, ends in others.items():
+        result: list[_Piece] = []
+        for piece in pieces:
+            result += _halves(points, t, piece, other, ends)
+        pieces = result
+    return pieces
+
+
+def _halves(
+    points: ExactPoints, t: int, piece: _Piece, other: int, ends: tuple[int, int]
+) -> list[_Piece]:
+    """Return a piece cut along a segment's line, or as it is where the segment is beside it."""
+    sides = piece.sides
+    heights = [points.height(point, other) for point, _ in sides]
+    if min(heights) >= 0.0 or max(heights) <= 0.0:
+        return [piece]
+    chord: list[tuple[int, int]] = []  # the side or corner, and the point there
+    for k, (point, label) in enumerate(sides):
+        if heights[k] == 0.0:
+            chord.append((k, point))
+        elif heights[k] * heights[(k + 1) % len(sides)] < 0.0:
+            if isinstance(label, tuple):
+                chord.append((k, points.on_edge_and_plane(label, other)))
+            else:
+                chord.append((k, points.on_planes(t, label, other)))
+    if len(chord) != 2 or chord[0][1] == chord[1][1]:
+        raise DegenerateError
+    if not _overlap(points, (chord[0][1], chord[1][1]), ends):
+        return [piece]
+    result = []
+    for start, end in (chord, chord[::-1]):
+        corner = (start[0] + 1) % len(sides)
+        is_front = {**piece.is_front, other: heights[corner] > 0.0}
+        result.append(_Piece(_between(sides, heights, start, end, other), is_front))
+    return result
+
+
+def _overlap(points: ExactPoints, chord: tuple[int, int], ends: tuple[int, int]) -> bool:
+    """Tell whether two segments of one line have more than an end in common."""
+    rows = list({*chord, *ends})
+    if len(rows) == 2:
+        return True
+    at = dict(zip(rows, points.positions(rows), strict=True))
+    low, high = sorted(at[k] for k in chord)
+    start, end = sorted(at[k] for k in ends)
+    return bool(max(low, start) < min(high, end))
+
+
+def _between(
+    sides: list[tuple[int, Label]],
+    heights: list[float],
+    start: tuple[int, int],
+    end: tuple[int, int],
+    other: int,
+) -> list[tuple[int, Label]]:
+    """Return the sides of a piece from one end of a chord around to the other, and the chord."""
+    (i, first), (j, last) = start, end
+    result = [(first, sides[i][1])]
+    k = (i + 1) % len(sides)
+    while k != j:
+        result.append(sides[k])
+        k = (k + 1) % len(sides)
+    if heights[j] != 0.0:
+        result.append(sides[j])
+    result.append((last, other))
+    return result
+
+
+def _with_all_points(points: ExactPoints, t: int, piece: _Piece) -> list[int]:
+    """Return the points of a piece, and those of others on its sides."""
+    result: list[int] = []
+    for k, (point, label) in enumerate(piece.sides):
+        result.append(point)
+        end = piece.sides[(k + 1) % len(piece.sides)][0]
+        if isinstance(label, tuple):
+            known = points.on_edge.get(label, [])
+        else:
+            known = points.on_line.get(ascending(t, label), [])
+        inner = [p for p in known if p not in (point, end)]
+        if not inner:
+            continue
+        first, last, *at = points.positions([point, end, *inner])
+        between = [
+            (p, row)
+            for p, row in zip(at, inner, strict=True)
+            if first < p < last or last < p < first
+        ]
+        between.sort(reverse=bool(last < first))
+        result += [row for _, row in between]
+    return result
