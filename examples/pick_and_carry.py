@@ -89,9 +89,9 @@ def main() -> int:
     arguments = parser.parse_args()
     make_ready("planning")
     isolate()
-    from picture import Camera
-    from plan_frames import Frames  # after the environment is set: these start DDS
-    from world_planner import WorldPlanner
+    from common.picture import Camera
+    from common.plan_frames import Frames  # after the environment is set: these start DDS
+    from common.world_planner import WorldPlanner
 
     camera = Camera(
         eye=(1.9, -1.3, 1.5), target=(0.35, 0.1, 0.6), field_of_view=38.0, width=560, height=560
