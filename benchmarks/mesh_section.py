@@ -2,7 +2,7 @@
 
     python -m benchmarks.mesh_section [FILE] [--axis y] [--out docs/mesh_section.png]
 
-Without a file it is the UR5's shoulder of example-robot-data, whose bodies overlap.
+Without a file it is the forearm of the UR5 in example-robot-data, whose bodies overlap and cross.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from scene_graph_ros.geometry.meshes.sources import load_surface, surface_of
 __all__ = ["main"]
 
 _DOCS = Path(__file__).parents[1] / "docs"
-_SHOULDER = "cmeel.prefix/share/example-robot-data/robots/ur_description/meshes/ur5/visual"
+_FOLDER = "cmeel.prefix/share/example-robot-data/robots/ur_description/meshes/ur5/visual"
 _GRID = 240
 _HIDDEN = 1e-6
 """Relative to the size: a triangle with the solid this far in front of it and behind is hidden."""
@@ -35,7 +35,7 @@ def _default() -> Path:
     found = importlib.util.find_spec("cmeel")
     if found is None or found.origin is None:
         raise SystemExit("name a file, or: pip install example-robot-data")
-    return Path(found.origin).parents[1] / _SHOULDER / "shoulder.dae"
+    return Path(found.origin).parents[1] / _FOLDER / "forearm.dae"
 
 
 def _section(
