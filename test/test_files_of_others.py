@@ -18,6 +18,8 @@ _OWN_NAME = "imports a module of ours, or of a library, whose name is in the sou
 _OPENS_NO_FILE = "a method of ours called open: it opens topics"
 _OWN_CACHE = "the user's own: whose file it is, and a digest, are checked first"
 _OWN_SOURCE = "reads a source of this package"
+_OWN_PACK = "part of the installation, as code is: who may write it, and digests, are checked"
+_OWN_MESH = "a mesh that the user's own process has read, or the file that it just wrote"
 _IN_MEMORY = "reads bytes that came through the door, with limits; opens no other file"
 
 _ALLOWED = {
@@ -26,7 +28,13 @@ _ALLOWED = {
     "scene_graph_ros/geometry/compiled/kernel_files.py: os.open": _OWN_CACHE,
     "scene_graph_ros/geometry/compiled/kernel_files.py: os.fdopen": _OWN_CACHE,
     "scene_graph_ros/geometry/compiled/kernel_files.py: pickle.loads": _OWN_CACHE,
-    "scene_graph_ros/geometry/compiled/cache.py: read_bytes": _OWN_SOURCE,
+    "scene_graph_ros/geometry/compiled/kernel_packs.py: path.open": _OWN_PACK,
+    "scene_graph_ros/geometry/compiled/kernel_packs.py: pickle.loads": _OWN_PACK,
+    "scene_graph_ros/geometry/compiled/pack_writer.py: pickle.loads": _OWN_CACHE,
+    "scene_graph_ros/geometry/compiled/sources.py: path.read_bytes": _OWN_SOURCE,
+    "scene_graph_ros/client/parameters.py: yaml.safe_load": "a value that the user typed",
+    "scene_graph_ros/scene_files/saved_check.py: read_bytes": _OWN_MESH,
+    "scene_graph_ros/scene_files/saved_values.py: file.read_bytes": _OWN_MESH,
     "scene_graph_ros/geometry/compiled/dispatch.py: exec": "code that is written there",
     "scene_graph_ros/geometry/meshes/io.py: trimesh.load": _IN_MEMORY,
     "scene_graph_ros/geometry/meshes/texture_coordinates.py: trimesh.load": _IN_MEMORY,
@@ -62,10 +70,12 @@ _ALLOWED = {
 } | {
     f"{path}: importlib.import_module": _OWN_NAME
     for path in (
+        "scene_graph_ros/ask.py",
         "scene_graph_ros/geometry/__init__.py",
         "scene_graph_ros/geometry/query/distance/fcl_engine.py",
         "scene_graph_ros/geometry/optimization/__init__.py",
         "scene_graph_ros/geometry/query/on_demand.py",
+        "scene_graph_ros/node/__init__.py",
         "scene_graph_ros/node/effects/camera.py",
         "scene_graph_ros/node/effects/state.py",
         "scene_graph_ros/node/services/plan_action.py",
@@ -76,6 +86,7 @@ _ALLOWED = {
         "scene_graph_ros/trajectories/retimers/retimer_libraries.py",
         "scene_graph_ros/robots/__init__.py",
         "scene_graph_ros/scene_files/__init__.py",
+        "scene_graph_ros/warmup/pack.py",
         "scene_graph_ros/warmup/task.py",
     )
 }  # fmt: skip

@@ -132,7 +132,8 @@ QUESTIONS = {
         *("solve_convex_restriction", "solve_path", "unwrap_to_continuous_trajectory"),
     ),
     Subgraph: (
-        *("continuity_order", "continuous_derivatives", "derivative_bounds", "edges"),
+        *("continuity_order", "continuous_derivatives", "derivative_bounds", "durations"),
+        *("edges",),
         *("edge_constituent_vertex_control_points", "edge_constituent_vertex_durations"),
         *("meeting_bounds", "most_continuity", "name", "offset_of", "order", "regions", "size"),
         *("variables", "velocity_bounds", "vertex_control_points", "vertex_duration", "vertices"),
