@@ -23,7 +23,7 @@ if TYPE_CHECKING:
         UnknownPackageError,
     )
     from scene_graph_ros.scene_files.robot_trees import load_kinematic_tree
-    from scene_graph_ros.scene_files.save_scene import save_scene
+    from scene_graph_ros.scene_files.saved_scene import save_scene
     from scene_graph_ros.scene_files.saved_values import SceneSaveError
     from scene_graph_ros.scene_files.scene import load_scene, load_scene_text, Scene
     from scene_graph_ros.scene_files.schema import json_schema
@@ -67,7 +67,7 @@ _MODULES = {
     f"{__name__}.loaded_scene": ("LoadedRobot", "LoadedScene", "LoadedSource"),
     f"{__name__}.packages": ("UnknownPackageError", "find_package", "resolve_resource"),
     f"{__name__}.robot_trees": ("load_kinematic_tree",),
-    f"{__name__}.save_scene": ("save_scene",),
+    f"{__name__}.saved_scene": ("save_scene",),
     f"{__name__}.saved_values": ("SceneSaveError",),
     f"{__name__}.scene": ("Scene", "load_scene", "load_scene_text"),
     f"{__name__}.schema": ("json_schema",),

@@ -8,7 +8,7 @@ ROOT = Path(__file__).parents[2]
 def test_numbers_that_would_overlap_are_put_below_each_other(monkeypatch):
     """Each 20 pixels from all others, in one direction at least; alone they stay."""
     monkeypatch.syspath_prepend(str(ROOT / "examples"))
-    from picture import free_place
+    from common.picture import free_place
 
     taken = []
     places = [free_place(x, y, taken) for x, y in ((0, 0), (5, 3), (100, 0), (10, 22), (0, 0))]

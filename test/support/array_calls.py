@@ -341,6 +341,10 @@ CALLS = {
         ),
         {"filter_matrix": [[-1.0, 0, 0], [0, -1, 1], [0, 1, -1]]},
     ),
+    "RobotDiagram.query": (
+        lambda w, q: w.model.query(q).snapshot.X_WG,
+        {"q": [1.0, 3.0]},
+    ),
     "RobotDiagram.of_robots": (
         lambda w, bases: w.based(bases),
         {"bases": TURNED},

@@ -131,10 +131,19 @@ class Tab:
         assert "exceptionDetails" not in answer, answer
         return answer["result"].get("value")
 
+    def _value_of_any_page(self, expression: str) -> Any:
+        """Return the value, None where the page is left meanwhile."""
+        try:
+            return self.value(expression)
+        except AssertionError as error:
+            if "navigated or closed" not in str(error):
+                raise
+            return None
+
     def wait_for(self, expression: str) -> Any:
         """Wait until an expression is true in the page, and return what it is."""
         end = time.monotonic() + DEADLINE
-        while not (result := self.value(expression)):
+        while not (result := self._value_of_any_page(expression)):
             assert time.monotonic() < end, f"not in time: {expression}; {self.problems}"
             time.sleep(0.02)
         return result

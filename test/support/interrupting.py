@@ -52,6 +52,11 @@ def _run(
         action()
     except error:
         return True, tracer.count
+    except Exception:
+        # A library may answer an interrupt inside of it with an error of its own.
+        if tracer.count != at:
+            raise
+        return True, tracer.count
     finally:
         sys.settrace(before)
     return False, tracer.count

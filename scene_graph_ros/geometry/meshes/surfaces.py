@@ -134,7 +134,8 @@ def _surface_of(solid: Solid, name: str) -> tuple[Surface, Boxes]:
     doubled_area = np.linalg.norm(crosses, axis=1)
     longest = _side_lengths(vertices, triangles).max(axis=1, initial=0.0)
     size = float(np.ptp(vertices, axis=0).max(initial=0.0)) if len(vertices) else 0.0
-    least = np.minimum(_SLIVER * size, _NEEDLE * longest)
+    # Uniting leaves slivers in a solid; what a sheet has is the file's own.
+    least = np.minimum(_SLIVER * size, _NEEDLE * longest) * (solid.part < solid.solid_parts)
     has_area = doubled_area > np.maximum(DEGENERATE_TRIANGLE * longest, least) * longest
     if not has_area.any():
         raise MeshError(f"{name}: there is no triangle with an area")

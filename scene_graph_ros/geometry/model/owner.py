@@ -6,6 +6,7 @@ from collections.abc import Callable
 import threading
 from typing import Concatenate, ParamSpec, TypeVar
 
+from scene_graph_ros.geometry.errors import QueryArgumentError
 from scene_graph_ros.geometry.model.collision_filter import CollisionFilterScope
 from scene_graph_ros.geometry.model.derived import Part
 from scene_graph_ros.geometry.model.edit import Edit
@@ -15,6 +16,7 @@ from scene_graph_ros.geometry.model.no_copies import NotCopied
 from scene_graph_ros.geometry.model.pair_filter import PairFilter
 from scene_graph_ros.geometry.model.state import GeometryState
 from scene_graph_ros.geometry.model.writes import Writes
+from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = ["ModelOwner"]
 
@@ -67,7 +69,12 @@ class ModelOwner(NotCopied):
             return result
 
     def all_or_nothing(self, changes: Callable[[], Result]) -> Result:
-        """Make several changes; where that raises, or is interrupted, none of them is made."""
+        """Make several changes; where that raises, or is interrupted, none of them is made.
+
+        Raises QueryArgumentError for what can't be called.
+        """
+        if not callable(changes):
+            raise QueryArgumentError(f"changes must be a function, not {quoted(changes)}")
         with self._lock:
             before = self.share()  # so that they are made to a copy
             try:

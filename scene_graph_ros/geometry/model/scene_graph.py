@@ -110,6 +110,7 @@ class SceneGraph(RendererRegistry, NotCopied):
 
         Where it raises, or is interrupted, none of them is made; poses stay what they became.
         Other threads' changes of the same model wait. It takes a copy of the model's tables.
+        Raises QueryArgumentError for what can't be called.
         """
         return self._owner(context).all_or_nothing(changes)
 

@@ -66,6 +66,7 @@ EDITS = {
     "remove all shapes": lambda c: c.remove_all_added_collision_shapes(),
     "padding between": lambda c: c.set_padding_between(*balls(c), 0.1),
     "paddings between": lambda c: c.set_paddings_between({tuple(balls(c)): 0.6}),
+    "paddings of geometries": lambda c: c.set_paddings_between_geometries([(None, None, 0.6)]),
     "padding matrix": lambda c: c.set_padding_matrix(paddings(c)),
     "padding of all": lambda c: c.set_padding_all_robot_robot_pairs(0.3),
     "padding to all around": lambda c: c.set_padding_all_robot_environment_pairs(0.3),
@@ -193,7 +194,7 @@ QUESTIONS = (
     *("measure_edge", "measure_edge_collision_free", "measure_edge_collision_free_parallel"),
     *("measure_edges", "measure_edges_collision_free", "num_allocated_contexts", "plan"),
     *("robot_model_instances", "samples", "snapshot", "supports_parallel_checking"),
-    *("tolerance", "way"),
+    *("tolerance", "way", "with_pair_paddings"),
 )
 
 

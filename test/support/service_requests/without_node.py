@@ -46,6 +46,10 @@ class Host:
         self.plans: list[Any] = []
         self.values = {parameter.name: parameter.default for parameter in PARAMETERS} | LIMITS
 
+    def get_clock(self) -> Any:
+        """Return the node's clock, which tells how old states are: some steady time."""
+        return Mock(now=lambda: Mock(nanoseconds=0))
+
     def parameter(self, name: str) -> Any:
         return self.values[name]
 
