@@ -32,7 +32,14 @@ and ellipsoids against larger hulls. Choose `quick` where a scene is full of suc
 thousandth of a shape's size does not matter; `standard` stays below a micrometre.
 
 ```python
+from scene_graph_ros.geometry import SceneGraph
+from scene_graph_ros.scene_files import load_scene
+
 scene_graph = SceneGraph(accuracy="standard")  # the model's tier; "exact" if nothing is said
+loaded = load_scene("config/scenes/panda_cell.yaml").apply(scene_graph)
+context = scene_graph.create_default_context()
+loaded.set_initial_poses(context)
+query = scene_graph.query_object(context)
 query.compute_point_pair_penetration(accuracy="quick")  # one query's
 table = query.compute_signed_distance_pairwise_closest_points(0.1, certificate=True)
 table.gap  # metres: what each answer proves of its own error

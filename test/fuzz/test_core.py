@@ -145,8 +145,12 @@ LATE = {
     "compute_contact_surfaces_with_fallback",
     "compute_deformable_contact",
 }
-INTERNAL = {"Context", "provide_queries", "share", "change", "change_filters", "resolve_set"}
-"""Not called by users: contexts come from create_default_context."""
+INTERNAL = {
+    *("Context", "provide_queries", "share", "change", "change_filters", "resolve_set"),
+    "all_or_nothing",
+}
+"""Not called by users: contexts come from create_default_context. What a function raises that is
+called to make changes is the caller's own."""
 
 
 def functions() -> dict[str, Any]:

@@ -46,8 +46,10 @@ def address(surfaces):
 
 def test_dropped_surfaces_leave_their_memory_to_the_next(ask):
     """The system clears no new pages for an answer that follows one of its size."""
+    for step in range(3):
+        ask(step)
     seen = set()
-    for step in range(6):
+    for step in range(3, 9):
         surfaces = ask(step)
         seen.add(address(surfaces))
     assert len(surfaces.vertices_W) > 4096  # what is small comes from the heap

@@ -75,6 +75,7 @@ def surfaces(query, word):
 POINTS = np.zeros((4, 3))
 WORDS = ("triangle", "polygon")
 ASK = {
+    "ask_what_if": [lambda q: q.ask_what_if([{}, {}], QueryObject.has_collisions)],
     "bake": [lambda q: q.bake().has_collisions()],
     "compute_contact_surfaces": [lambda q, word=word: surfaces(q, word) for word in WORDS],
     "compute_contact_surfaces_with_fallback": [

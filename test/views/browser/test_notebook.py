@@ -92,7 +92,8 @@ def test_a_browser_draws_the_cell(tmp_path):
     try:
         tab.open(file.as_uri())
         inside = "document.querySelector('iframe').contentDocument"
-        tab.wait_for(f"{inside}.body && Number({inside}.body.dataset.items) === 2")
+        there = "document.querySelector('iframe')?.contentDocument?.body"
+        tab.wait_for(f"{there} && Number({there}.dataset.items) === 2")
         tab.wait_for(f"Number({inside}.body.dataset.pictures) >= 1")
         assert tab.value(f"{inside}.querySelector('#timeline').hidden")
         picture = tab.picture().astype(int)
