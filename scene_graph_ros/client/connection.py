@@ -23,6 +23,9 @@ __all__ = ["Connection", "WorldError", "service_names"]
 _numbers = itertools.count(1)
 _AGAIN = 0.2
 """Seconds until a node that is not ready yet is asked again."""
+
+_ON_THE_WAY = 1.0
+"""Seconds for which a message may be on its way."""
 _CODES = {
     getattr(Status, name): name
     for name in dir(Status)
@@ -175,15 +178,19 @@ class Connection:
     def patiently(self, question: Callable[[], Any], timeout: float | None = None) -> Any:
         """Return an answer; again while the node says "not yet", as it compiles what it needs.
 
-        Raises WorldError for every other refusal, and after the timeout.
+        Also for a second while what the node knows of the robots is old: what was just sent, on
+        another topic, may come after the question. Raises WorldError for every other refusal, and after the timeout.
         """
-        end = time.monotonic() + (self.timeout if timeout is None else timeout)
+        begin = time.monotonic()
+        end = begin + (self.timeout if timeout is None else timeout)
         while True:
             try:
                 return question()
             except WorldError as error:
+                now = time.monotonic()
                 is_later = error.code == "UNAVAILABLE" and ": not yet: " in str(error)
-                if not is_later or time.monotonic() > end:
+                is_later |= error.code == "STALE" and now < begin + _ON_THE_WAY
+                if not is_later or now > end:
                     raise
             time.sleep(_AGAIN)
 
