@@ -179,7 +179,8 @@ class Connection:
         """Return an answer; again while the node says "not yet", as it compiles what it needs.
 
         Also for a second while what the node knows of the robots is old: what was just sent, on
-        another topic, may come after the question. Raises WorldError for every other refusal, and after the timeout.
+        another topic, may come after the question. Raises WorldError for every other refusal, and
+        after the timeout.
         """
         begin = time.monotonic()
         end = begin + (self.timeout if timeout is None else timeout)
