@@ -79,6 +79,8 @@ def _write(file: str, text: str, replace: bool, scope: QueryScope) -> Path:
         try:
             with os.fdopen(handle, "w", encoding="utf-8") as stream:
                 stream.write(text)
+                stream.flush()
+                os.fsync(stream.fileno())  # else a power cut may leave an empty file in its place
             Path(unfinished).chmod(0o644)
             if replace:
                 Path(unfinished).replace(path)
