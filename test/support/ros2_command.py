@@ -20,6 +20,8 @@ from rclpy.action import ActionClient
 import yaml
 
 DEADLINE = 60.0
+_HEARD = 10
+"""Messages that somebody has subscribed to, before the next command begins."""
 
 
 def _type(name: str) -> Any:
@@ -75,14 +77,19 @@ def _publish(node: Any, arguments: argparse.Namespace, fields: dict[str, Any]) -
     message = fill(_type(arguments.type)(), fields)
     publisher = node.create_publisher(type(message), arguments.name, 10)
 
+    heard = 0
+
     def publish() -> None:
+        nonlocal heard
+        heard += publisher.get_subscription_count() > 0
+        if heard == _HEARD:  # until then a reader is still typing the next command
+            print(f"publishing #{heard}", flush=True)
         if hasattr(message, "header"):  # "stamp: now", as the command has it
             message.header.stamp = node.get_clock().now().to_msg()
         publisher.publish(message)
 
     publish()
     node.create_timer(1.0 / arguments.rate, publish)
-    print("publisher: beginning loop", flush=True)
     try:
         rclpy.spin(node)
     except (KeyboardInterrupt, rclpy.executors.ExternalShutdownException):
