@@ -72,12 +72,12 @@ class Task:
         self.planner.wait_for_joints("panda", ["panda_leftfinger"])
 
     def pad(self, padding: float) -> None:
-        """Say what can and table keep, metres; NaN: as all else."""
+        """Set the padding of can and table, metres; NaN: as all else."""
         pair = {"frames_a": [CAN], "frames_b": [TABLE], "paddings": [padding]}
         self.planner.ask("SetPadding", source=self.source, **pair)
 
     def where(self, frame: str) -> Any:
-        """Return where a frame is."""
+        """Return the position of a frame in the world."""
         return self.planner.ask("GetPoseInWorld", frames=[frame]).poses[0].position
 
 

@@ -90,7 +90,7 @@ class RobotNames:
         return self._short[row]
 
     def _known(self) -> str:
-        """Say which names there are, where they are few."""
+        """Return a list of all names for messages, empty where there are many."""
         if not self.names:
             return f"; no robot has a {self._noun} at all"
         if len(self.names) > _MOST_LISTED:

@@ -57,7 +57,7 @@ def _turned(angle: float) -> Quaternion:
 
 
 def base_message(names: tuple[str, ...], values: list[float]) -> Odometry:
-    """Return where the base is: along x by a value, turned about z by the same in radians."""
+    """Return the pose of the base: along x by a value, turned about z by the same in radians."""
     message = Odometry(child_frame_id="base")
     message.header.frame_id = "odom"
     message.pose.pose.position.x = values[0]

@@ -112,7 +112,7 @@ class WorldPlanner:
         return answer
 
     def tell_joints(self, names: Sequence[str], positions: Sequence[float]) -> None:
-        """Say where joints are, now and again until they are elsewhere."""
+        """Publish positions of joints, now and again until there are others."""
         self._positions.update(zip(names, positions, strict=True))
         self._tell()
 

@@ -100,7 +100,7 @@ class Connection:
             self._changed.notify_all()
 
     def wait(self, condition: Callable[[], Any], what: str, timeout: float | None = None) -> Any:
-        """Return what ``condition`` returns once it is true. Raises WorldError in time."""
+        """Wait until ``condition`` is true, and return its value. Raises WorldError in time."""
         seconds = self.timeout if timeout is None else timeout
         end = time.monotonic() + seconds
         with self._changed:
@@ -112,7 +112,7 @@ class Connection:
         return value
 
     def in_thread(self, function: Callable[[], Any]) -> Any:
-        """Return what a function returns, called in the thread that takes messages.
+        """Call a function in the thread that takes messages, and return its result.
 
         Where rclpy sends first and notes afterwards what it has sent, as with goals of actions,
         an answer that is faster is not taken for one in another thread.

@@ -117,7 +117,7 @@ class Source:
         return int(response.geometry_ids[0])
 
     def move(self, poses: Mapping[str, ArrayLike]) -> None:
-        """Tell where frames are in their parents, by name: poses ``(4, 4)`` or places ``(3,)``.
+        """Publish poses ``(4, 4)`` or positions ``(3,)`` of frames in their parents, by name.
 
         The first time it waits until the node listens, so that nothing is lost.
         """

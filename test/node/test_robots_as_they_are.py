@@ -58,7 +58,7 @@ def latched(client, kind, topic, *messages):
 
 
 def place(client, name):
-    """Return where a frame is in the world, None where there is none."""
+    """Return the pose of a frame in the world, None where there is none."""
     answer = client.call("GetPoseInWorld", frames=[name])
     if answer.status.code == Status.UNKNOWN_NAME:
         return None

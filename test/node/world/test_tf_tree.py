@@ -18,7 +18,7 @@ def at(x, yaw=0.0):
 
 
 def placed_x(tree, frame, base="map"):
-    """Return where a frame is along x, and its stamp."""
+    """Return the position of a frame along x, and its stamp."""
     X, stamp = tree.place(frame, base)
     return float(X[0, 3]), stamp
 
