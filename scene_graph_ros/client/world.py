@@ -171,7 +171,8 @@ class World:
     def move_joints(self, positions: Mapping[str, float], *, robot: str = "") -> None:
         """Tell positions of joints (rad, m), as a robot's driver would: for a robot without one.
 
-        ``robot`` is the robot's source, where there are several.
+        The node takes them a moment later; `pose` of a link says when. ``robot`` is the robot's
+        source, where there are several.
         """
         topics = {
             s.name: s.pose_topic

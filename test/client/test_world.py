@@ -64,10 +64,20 @@ class Controller:
         self.states.publish(message)
 
 
+def arrive(world, positions):
+    """Publish positions, and wait until the node has taken them: a goal goes another way."""
+    world.move_joints(positions)
+    angle = positions["shoulder"]
+    end = np.array([np.cos(angle), np.sin(angle)])
+    world.connection.wait(
+        lambda: np.allclose(world.pose("arm/upper")[:2, 0], end, atol=1e-9), "the arm's report"
+    )
+
+
 def test_a_plan_is_found_and_executed(world):
     """From joint states to a path, its trajectory, and the robot's arrival."""
     controller = Controller(world)
-    world.move_joints(controller.at)
+    arrive(world, controller.at)
     said = []
     plan = world.plan({"shoulder": 1.0, "elbow": -0.5}, watch=lambda *what: said.append(what))
     assert plan.is_success, plan.reason
@@ -192,7 +202,7 @@ def test_an_answer_that_is_faster_than_the_question_counts(world, monkeypatch):
     """A goal that is accepted before rclpy has noted that it was sent is not lost."""
     from rclpy.action import client as action_client
 
-    world.move_joints({"shoulder": 0.0, "elbow": 0.0})
+    arrive(world, {"shoulder": 0.0, "elbow": 0.0})
     planner = world._planner
     action = planner._ready_action()
     threads = []
