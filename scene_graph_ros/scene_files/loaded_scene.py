@@ -10,6 +10,7 @@ from typing import Any, TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
+from scene_graph_ros.geometry.model.frame import GeometryFrame
 from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.robots.kinematics import Kinematics
 from scene_graph_ros.robots.robot_model import RobotModel
@@ -48,7 +49,7 @@ class LoadedRobot:
     model: RobotModel
     semantics: SemanticModel | None
     link_frames: dict[str, FrameId]
-    """Frames by link, in the order of their registration and of ``kinematics.link_names``."""
+    """Frames by link, in the order of their registration."""
     X_WB: Pose
     positions: dict[str, float]
     """Joint positions to start with; the joints not named start at 0."""
@@ -57,6 +58,29 @@ class LoadedRobot:
     """None for one that stands still, or that only its virtual joint moves."""
     joint_poses_topic: str = ""
     """Of MultiDOFJointState messages."""
+    link_prefix: str = ""
+    """Before the names of links in those of frames."""
+
+    @cached_property
+    def spare_frames(self) -> dict[str, GeometryFrame]:
+        """Frames by link that are registered when something is attached to the link, or beside it.
+
+        There is one for each group of links, joined by fixed joints, of which none has a frame.
+        """
+        tops: dict[str, str] = {}
+        for link in self.model.links:
+            joint = self.model.parent_joint(link)
+            is_fixed = joint is not None and joint.type is JointType.FIXED
+            tops[link] = tops[joint.parent] if joint is not None and is_fixed else link
+        with_frames = {tops[link] for link in self.link_frames}
+        without = dict.fromkeys(top for top in tops.values() if top not in with_frames)
+        return {link: GeometryFrame(self.link_prefix + link) for link in without}
+
+    @cached_property
+    def carriers(self) -> dict[str, FrameId]:
+        """Frames by link, in the order of ``kinematics.link_names``: the spare ones come last."""
+        spare = {link: frame.id() for link, frame in self.spare_frames.items()}
+        return {**self.link_frames, **spare}
 
     @property
     def virtual_joint(self) -> VirtualJoint | None:
@@ -80,8 +104,8 @@ class LoadedRobot:
 
     @cached_property
     def kinematics(self) -> Kinematics:
-        """Forward kinematics of the links with frames, in the world, at the start's positions."""
-        result = Kinematics(self.model, links=tuple(self.link_frames), X_PB=self.X_WB)
+        """Forward kinematics of the ``carriers``, in the world, at the start's positions."""
+        result = Kinematics(self.model, links=tuple(self.carriers), X_PB=self.X_WB)
         if self.positions:
             result.update(tuple(self.positions), tuple(self.positions.values()))
         return result
@@ -94,7 +118,7 @@ class LoadedRobot:
         Raises JointStateError, and moves nothing, for positions that are not usable.
         """
         _, X_WL = self.kinematics.link_poses(joint_names, positions)
-        return dict(zip(self.link_frames.values(), X_WL, strict=True))
+        return dict(zip(self.link_frames.values(), X_WL[: len(self.link_frames)], strict=True))
 
 
 @one_line()

@@ -71,6 +71,7 @@ def _add_robot(to: Application, spec: RobotSpec, index: int) -> None:
         spec.joint_states,
         _moving_base(to, spec, model, index),
         spec.multi_dof_joint_states,
+        spec.prefix,
     )
     with to.located("robots", index, "name"):
         source = to.add_source(spec.name, _JOINT_STATE, spec.joint_states, robot)

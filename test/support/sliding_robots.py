@@ -58,12 +58,14 @@ def rail_world(folder: Path, **options: Any) -> World:
     return world
 
 
-def slide(world: World, robot: str, rail: float) -> None:
-    """Put a robot's ball somewhere, as a message of its joint would."""
+def slide(world: World, robot: str, position: float, joint: str = "rail") -> None:
+    """Put a robot's ball somewhere, or move another joint of it, as a message would."""
     with world.lock:
-        frames, kinematics = world.frames(robot), world.records[robot].robot.kinematics
-        links, X_WL = kinematics.link_poses(["rail"], [rail])
-        frames.X_PF[[frames.names.index(link) for link in links]] = X_WL
+        motion = world.records[robot].motion
+        assert motion is not None
+        motion.stamped([joint], 1, is_static=False)
+        _, X_WL = motion.kinematics.link_poses([joint], [position])
+        motion.write(X_WL, [joint], world.frames(robot))
         world.commit({robot}, None)
 
 

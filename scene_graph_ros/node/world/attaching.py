@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import Any, TYPE_CHECKING
+from typing import Any, NamedTuple, TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.spatial.poses import compose, inverse
 from scene_graph_ros.node.world.scene import Attachment, Edit, SourceRecord
 from scene_graph_ros.robots.robot_parts import JointType
+from scene_graph_ros.robots.tree_of_model import tree_of_model
 
 if TYPE_CHECKING:
     from scene_graph_ros.robots.robot_model import RobotModel
@@ -38,7 +39,7 @@ def attach_frame(request: Any, response: Any, edit: Edit) -> None:
             f"frame {quoted(request.frame)} is attached to {quoted(known.link)} already: detach it"
         )
     links = _Links(edit)
-    path, link, X_CL = links.carrier(request.link, "link")
+    path, link, X_CL, X_WC = links.carrier(request.link, "link")
     touching = [links.frame(name, "touch_links") for name in request.touch_links]
     own = [links.frame(request.link, "link"), *touching]
     if record.robot is not None:
@@ -46,10 +47,7 @@ def attach_frame(request: Any, response: Any, edit: Edit) -> None:
     if request.with_pose:
         X_LF = pose_from_msg(request.pose, "pose")
     else:
-        moment = edit.moment
-        assert moment is not None
-        X_WL = compose(moment.pose_in_world(link), X_CL)
-        X_LF = compose(inverse(X_WL), moment.pose_in_world(frame))
+        X_LF = compose(inverse(compose(X_WC, X_CL)), links.moment.pose_in_world(frame))
     inspector = edit.scene_graph.model_inspector()
     parent = inspector.get_parent_frame(frame)
     pairs = _open_pairs(edit, frame, [each for each in own if each is not None])
@@ -72,7 +70,7 @@ def detach_frame(request: Any, response: Any, edit: Edit) -> None:
 def let_go_of(edit: Edit, robot: SourceRecord) -> None:
     """Detach all that a robot's links carry, which stays where it is: the robot goes."""
     inspector = edit.scene_graph.model_inspector()
-    own = set(robot.robot.link_frames.values())
+    own = set(robot.robot.carriers.values())
     sources = {record.id: record for record in edit.records.values()}
     for frame in [f for f in edit.attachments if inspector.get_parent_frame(f) in own]:
         _detach(edit, sources[inspector.get_owning_source_id(frame)], frame)
@@ -93,10 +91,21 @@ def _detach(edit: Edit, record: SourceRecord, frame: FrameId) -> Any:
     return X_WF
 
 
+class _Carrier(NamedTuple):
+    """The frame C, at ``X_WC``, that goes with a link: its path, and where it is in C."""
+
+    path: str
+    frame: FrameId
+    X_CL: NDArray[np.float64]
+    X_WC: NDArray[np.float64]
+
+
 class _Links:
     """Links of all robots, by name: with frames of their own where they have geometry."""
 
     def __init__(self, edit: Edit) -> None:
+        assert edit.moment is not None
+        self._edit, self.moment = edit, edit.moment
         self._there = set(edit.scene_graph.model_inspector().get_all_frame_ids())
         robots = {n: r.robot for n, r in edit.records.items() if r.robot is not None}
         self._links = [(robot, link) for robot in robots.values() for link in robot.model.links]
@@ -107,31 +116,46 @@ class _Links:
         """Return a link's own frame, if it has one; raises UnknownIdError, NameConflictError."""
         return self._frame_of(*self._links[self._names.row(name, field)])
 
-    def carrier(self, name: str, field: str) -> tuple[str, FrameId, NDArray[np.float64]]:
-        """Return a link's path, the frame that goes with it, and the link in that, X_CL.
+    def carrier(self, name: str, field: str) -> _Carrier:
+        """Return the frame that goes with a link.
 
-        The frame is its own or, where it has none, that of the nearest link that fixed joints
-        join to it. Raises UnknownIdError, NameConflictError, and MessageError where none has one.
+        It is its own or, where it has none, that of the nearest link that fixed joints join to
+        it; where none of these has one, one of them gets it. Raises UnknownIdError,
+        NameConflictError, and MessageError where the frames of all were removed.
         """
         row = self._names.row(name, field)
-        robot, link = self._links[row]
+        path, (robot, link) = self._names.names[row], self._links[row]
         reached = {link: np.eye(4)}
         queue = [link]
         for each in queue:
             frame = self._frame_of(robot, each)
             if frame is not None:
-                return self._names.names[row], frame, inverse(reached[each])
+                X_WC = self.moment.pose_in_world(frame)
+                return _Carrier(path, frame, inverse(reached[each]), X_WC)
             for other, X in _welded(robot.model, each):
                 if other not in reached:
                     reached[other] = compose(reached[each], X)
                     queue.append(other)
-        raise MessageError(
-            f"{field}: neither {quoted(name)} nor a link that is fixed to it has geometry, and so"
-            " a frame: with all_links: true for the robot in its scene every link has one"
-        )
+        spare = next((each for each in reached if each in robot.spare_frames), None)
+        if spare is None:
+            raise MessageError(
+                f"{field}: the frames of {quoted(name)} and of the links that are fixed to it were"
+                " removed from the scene"
+            )
+        frame, X_WC = self._register(robot, spare)
+        return _Carrier(path, frame, inverse(reached[spare]), X_WC)
+
+    def _register(self, robot: LoadedRobot, link: str) -> tuple[FrameId, NDArray[np.float64]]:
+        """Register a link's spare frame where the link is, X_WC; joints move it from now on."""
+        (owner,) = (record for record in self._edit.records.values() if record.robot is robot)
+        frame = self._edit.scene_graph.register_frame(owner.id, robot.spare_frames[link])
+        tree = tree_of_model(robot.model, follows=False).at(self._edit.bases[owner.name])
+        (X_WC,) = tree.link_poses(self._edit.positions[owner.name], [link])
+        self._edit.initial_poses[frame] = X_WC
+        return frame, X_WC
 
     def _frame_of(self, robot: LoadedRobot, link: str) -> FrameId | None:
-        frame = robot.link_frames.get(link)
+        frame = robot.carriers.get(link)
         return frame if frame in self._there else None
 
 

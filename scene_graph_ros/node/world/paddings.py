@@ -74,7 +74,7 @@ def _moved(edit: Edit) -> set[FrameId]:
     inspector = edit.scene_graph.model_inspector()
     there = set(inspector.get_all_frame_ids())
     robots = [record.robot for record in edit.records.values() if record.robot is not None]
-    found = [frame for robot in robots for frame in robot.link_frames.values() if frame in there]
+    found = [frame for robot in robots for frame in robot.carriers.values() if frame in there]
     for each in found:
         found.extend(inspector.get_child_frames(each))
     return set(found)

@@ -71,6 +71,11 @@ class RobotMotion:
         rows = [self.rows[name] for name in names]
         self.stamps[rows], self.is_static[rows] = stamp, is_static
 
+    def joint_stamps(self, static: int) -> dict[str, int]:
+        """Return the stamp of each joint by name, ``static`` where it was sent for good."""
+        stamps = np.where(self.is_static, static, self.stamps).tolist()
+        return {name: stamp for name, stamp in zip(self.names, stamps, strict=True) if name}
+
     def silent(self) -> tuple[str, ...]:
         """Return the joints that were not heard, "base" for the base."""
         return tuple(
@@ -127,9 +132,9 @@ class RobotMotion:
         frames.is_static[rows[there]] = is_static[there]
 
     def _rows_in(self, frames: SourceFrames) -> NDArray[np.int64]:
-        """Return the row of each link's frame, below 0 where the frame was removed."""
+        """Return the row of each link's frame, below 0 where it is not registered."""
         if frames is not self._frames:
-            ids = [self.robot.link_frames[link] for link in self.kinematics.link_names]
+            ids = self.robot.carriers.values()
             found = [frames.row_of_id.get(frame_id, -1) for frame_id in ids]
             self._frame_rows, self._frames = np.array(found, dtype=np.int64), frames
         return self._frame_rows

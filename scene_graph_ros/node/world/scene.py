@@ -29,6 +29,8 @@ from scene_graph_ros.node.world.padded_sides import PaddedSide
 from scene_graph_ros.node.world.scene_robots import SceneRobots
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
     from scene_graph_ros.geometry.model.snapshot import Snapshot
     from scene_graph_ros.geometry.perception import CameraDescription
@@ -91,6 +93,10 @@ class Edit:
     """Frames whose poses are in another parent from now on: they begin at their initial ones."""
     moment: Snapshot | None = None
     """Where all is while the edit is made."""
+    positions: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    """Configurations of the robots at that moment, by the names of their sources."""
+    bases: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    """Poses ``(4, 4)`` of their root links."""
     brought_renderers: set[str] = field(default_factory=set)
     """Names of the renderers that requests brought along: they go with their last camera."""
 
@@ -222,8 +228,13 @@ class Scene:
         robots = {n: record.robot for n, record in self.records.items() if record.robot}
         self.robots = SceneRobots(robots, self.scene_graph, self.context, self.paddings)
 
-    def begin_edit(self) -> Edit:
-        """Return a change that has changed nothing yet."""
+    def begin_edit(
+        self,
+        moment: Snapshot,
+        positions: Mapping[str, NDArray[np.float64]],
+        bases: Mapping[str, NDArray[np.float64]],
+    ) -> Edit:
+        """Return a change that has changed nothing yet, of this scene at a moment; see `Edit`."""
         return Edit(
             self.scene_graph.clone(),
             dict(self.records),
@@ -234,7 +245,9 @@ class Scene:
             names_before=self.names,
             attachments=dict(self.attachments),
             paddings=dict(self.paddings),
-            moment=self.context.snapshot,
+            moment=moment,
+            positions=positions,
+            bases=bases,
             brought_renderers=set(self._brought_renderers),
         )
 
@@ -244,6 +257,9 @@ class Scene:
             old = None if before is None else before.frames.get(name)
             if old is not None and old is not frames:
                 _bring_poses(old, frames, self._rehung)
+                motion = self.records[name].motion
+                if motion is not None:
+                    motion.write(motion.kinematics.link_poses()[1], (), frames)
             if frames.names:
                 self.context.set_frame_poses(self.records[name].id, frames.X_PF)
         for name, deformables in self.deformables.items():

@@ -54,6 +54,8 @@ class SourceStamps:
     is_static: NDArray[np.bool_]
     newest: int
     stamp: int
+    joint_stamps: Mapping[str, int] = field(default_factory=dict)
+    """Those of a robot's joints: STATIC where they were sent for good."""
 
     @classmethod
     def of(
@@ -71,7 +73,8 @@ class SourceStamps:
             stamp = int(np.where(is_static, STATIC, stamps).min())
         elif len(stamps) and is_static.all() and deformables is None:
             stamp = STATIC
-        return cls(frames.ids, stamps, is_static, newest, stamp)
+        joints = {} if record.motion is None else record.motion.joint_stamps(STATIC)
+        return cls(frames.ids, stamps, is_static, newest, stamp, joints)
 
     @made_once
     def by_frame(self) -> Mapping[Any, int]:
@@ -126,6 +129,12 @@ class WorldSnapshot:
         """
         stamps = self.stamps.get(source)
         return UNSTAMPED if stamps is None else stamps.stamp
+
+    def joint_stamp(self, path: str) -> int | None:
+        """Return the stamp of a robot's joint, ``robot/joint``; None where there is none."""
+        source, _, joint = path.partition("/")
+        stamps = self.stamps.get(source)
+        return None if stamps is None else stamps.joint_stamps.get(joint)
 
     def frame_stamp(self, path: str) -> int:
         """Return the stamp of a frame, ``source/frame``: of the oldest that it depends on.
@@ -242,7 +251,8 @@ class World:
         with self._editing, calling_between_steps(self._precedence.stand_back):
             before = self._scene
             between_steps()
-            edit = before.begin_edit()
+            now = self._snapshot
+            edit = before.begin_edit(now.query.snapshot, now.positions, now.bases)
             result = change(edit)
             if not edit.has_changes:
                 return result, self._snapshot

@@ -118,7 +118,7 @@ class RobotDiagram:
             X_WB = robot.X_WB if bases is None else bases.get(prefix, robot.X_WB)
             tree = tree.attached(own, "world", X_WB, prefix=f"{prefix}/")
             frames.update(
-                {f"{prefix}/{link}": f for link, f in robot.link_frames.items() if f in there}
+                {f"{prefix}/{link}": f for link, f in robot.carriers.items() if f in there}
             )
         return cls(scene_graph, context, tree, MappingProxyType(frames))
 

@@ -30,7 +30,8 @@ TOOLS = """
     <origin xyz="0.3 0 0" rpy="0 0 1.5707963267948966"/></joint>
   <joint name="to_tip" type="fixed"><parent link="tool"/><child link="tip"/>
     <origin xyz="0 0 0.2"/></joint>
-  <joint name="to_turning" type="continuous"><parent link="tip"/><child link="turning"/></joint>
+  <joint name="to_turning" type="continuous"><parent link="tip"/><child link="turning"/>
+    <axis xyz="0 0 1"/></joint>
 </robot>"""
 SCENE = """
 version: 1
@@ -106,10 +107,38 @@ def test_a_pose_in_a_link_without_geometry(world):
     np.testing.assert_allclose(place(world)[:3, 0], [0, 1, 0], atol=1e-12)
 
 
-def test_a_link_that_has_nothing_to_hang_on_says_what_helps(world):
-    """A joint turns it, and nothing that is fixed to it has geometry."""
-    with pytest.raises(MessageError, match=r"link: neither 'turning' nor .* all_links: true"):
-        edit(world, "AttachFrame", frame="post", link="turning")
+def test_a_link_that_turns_without_geometry_carries(world):
+    """It is at (0.3, 0, 0.2) of the ball, which is at 0.5, turned by the angle and a quarter."""
+    slide(world, "slide", 0.5)
+    slide(world, "slide", np.pi / 2, "to_turning")
+    found = edit(world, "AttachFrame", frame="post", link="turning").pose.position
+    assert (found.x, found.y, found.z) == pytest.approx((-0.2, 0, -0.2), abs=1e-12)
+    assert place(world)[:3, 3] == pytest.approx([1, 0, 0], abs=1e-12)
+    assert world.snapshot.frame_stamp("slide/turning") == world.snapshot.frame_stamp("slide/ball")
+    slide(world, "slide", 0.0, "to_turning")
+    assert place(world)[:3, 3] == pytest.approx([0.8, -0.2, 0], abs=1e-12)
+    touches = 4 - (0.5**2 - 0.2**2) ** 0.5 - 0.3
+    assert free(world, touches - 1e-3, touches + 1e-3) == [True, False]
+    slide(world, "slide", -1.0)
+    edit(world, "DetachFrame", frame="post")
+    slide(world, "slide", 0.5)
+    assert place(world)[:3, 3] == pytest.approx([-0.7, -0.2, 0], abs=1e-12)
+    edit(world, "AttachFrame", frame="post", link="turning")  # its frame is there by now
+    slide(world, "slide", 0.6)
+    assert place(world)[:3, 3] == pytest.approx([-0.6, -0.2, 0], abs=1e-12)
+
+
+def test_joints_that_move_while_a_link_gets_its_frame(world):
+    """What arrives between the edit's beginning and its end counts."""
+    request = srv.AttachFrame.Request(frame="post", link="turning")
+    request.source = SourceHandle(name="around", token=world.handles["around"].token)
+
+    def change(draft: Any) -> None:
+        EDITS["AttachFrame"](request, srv.AttachFrame.Response(), draft, None)
+        slide(world, "slide", 0.0)
+
+    world.edit(change)
+    assert place(world)[:3, 3] == pytest.approx([2, 0, 0], abs=1e-12)
 
 
 def test_paddings_of_geometries(world):
