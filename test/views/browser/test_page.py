@@ -163,18 +163,18 @@ def test_a_name_is_text_whatever_is_in_it(tab, stage, show):
     assert evil in tab.value("document.querySelector('#tree').textContent")
 
 
-def test_contacts_are_shown_when_they_are_ticked(tab, stage, show):
+def test_contacts_are_shown_unless_they_are_unticked(tab, stage, show):
     """Two balls that overlap: how many is told, and a mark is seen through them."""
     stage.add("other", Sphere(0.5), (0.6, 0.0, 0.0), rgba=(0.0, 0.0, 1.0))
     shown = show()
     tab.open(shown.view.link)
     wait_for_items(tab, 2)
     count = "document.querySelector('#contact-count').textContent"
-    assert tab.wait_for(f"{count} === '-'")
+    assert tab.wait_for(f"{count} === '1'")
     blue = of_color(tab, 2)[2]
     tab.value("document.querySelector('#contacts').click()")
-    tab.wait_for(f"{count} === '1'")
-    assert of_color(tab, 2)[2] < blue
+    tab.wait_for(f"{count} === '-'")
+    assert of_color(tab, 2)[2] > blue
 
 
 def test_what_diagnostics_say_is_listed_while_they_do(tab, stage, show):
@@ -249,7 +249,8 @@ def test_a_click_tells_what_is_there(tab, stage, show):
     click(x, y)
     tab.wait_for(f"{said}.includes('arm/other_frame/other')")
     assert "0.6000 0.0000 0.0000 m" in tab.value(said)
-    assert "tick contacts" in tab.value(said)
+    tab.value("document.querySelector('#contacts').click()")
+    tab.wait_for(f"{said}.includes('tick contacts')")
     tab.value("document.querySelector('#contacts').click()")
     # Two balls of radius 0.5, 0.6 apart.
     tab.wait_for(f"{said}.includes('400 mmarm/ball_frame/ball')")
@@ -379,7 +380,6 @@ def test_a_file_shows_roles_and_contacts_that_are_asked_for(tab, file):
     tab.open(file.as_uri())
     wait_for_items(tab, 1)
     count = "document.querySelector('#contact-count').textContent"
-    tab.value("document.querySelector('#contacts').click()")
     tab.wait_for(f"{count} === '1'")
     go_to(tab, 2.0)
     tab.wait_for(f"{count} === '0'")

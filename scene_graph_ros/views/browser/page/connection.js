@@ -9,7 +9,7 @@ export class Connection {
   constructor(onBlocks, onState) {
     this.onBlocks = onBlocks;
     this.onState = onState;
-    this.wish = { roles: null, contacts: false, camera: "" };
+    this.wish = { roles: null, contacts: true, camera: "" };
     this.pause = FIRST_PAUSE;
     this.open();
   }

@@ -12,7 +12,7 @@ export class Recording {
     element.remove();
     this.onBlocks = onBlocks;
     this.onState = onState;
-    this.wish = { roles: null, contacts: false };
+    this.wish = { roles: null, contacts: true };
     this.shown = -1;  // which moment
     this.isPlaying = false;
     this.button = bar.querySelector("button");
