@@ -225,12 +225,14 @@ class Checker:
         for name, value in values.items():
             if name.partition(".")[0] in GIVEN_BY_ROS:
                 continue
+            place = document.location(*path, name)
+            if name not in known:
+                hint = suggestion(name, known)
+                report.warnings.append(f"{place}: nothing declares this parameter{hint}")
+                continue
             ours[name] = value
-            hint = "" if name in known else suggestion(name, known)
             for problem in validate({name: value}):
-                if name in known and problem.startswith(f"{name} "):
-                    problem = problem[len(name) + 1 :]
-                report.errors.append(f"{document.location(*path, name)}: {problem}{hint}")
+                report.errors.append(f"{place}: {problem.removeprefix(f'{name} ')}")
         if not report.errors:
             # What is wrong with values only together has no line of its own.
             report.errors.extend(f"{document.location(*path)}: {p}" for p in validate(ours))

@@ -189,10 +189,6 @@ other_node:
     [
         ("marker_rate: -3.0", "marker_rate: must be at least 0.01, not -3.0"),
         ("marker_rate: fast", "marker_rate: must be a number, not 'fast'"),
-        (
-            "marker_rat: 3.0",
-            "marker_rat: unknown parameter marker_rat; did you mean 'marker_r",
-        ),
     ],
 )
 def test_parameters_of_the_node(capsys, tmp_path, line, message):
@@ -202,6 +198,18 @@ def test_parameters_of_the_node(capsys, tmp_path, line, message):
     assert status == 1
     assert err[0].startswith(f"error: {file}:8: cell.scene_graph.ros__parameters.{message}")
     assert err[1] == f"warning: {file}:10: other_node.ros__parameters: another node's, not checked"
+
+
+def test_a_parameter_that_nothing_declares_is_a_warning(capsys, tmp_path):
+    """And an error with --strict; the others are checked all the same."""
+    file = write(tmp_path, "p.yaml", PARAMETERS.format("{marker_rat: 3.0, max_update_rate: 10.0}"))
+    status, _, err = check(capsys, file)
+    assert status == 0
+    assert err[0].startswith(
+        f"warning: {file}:8: cell.scene_graph.ros__parameters.marker_rat: nothing declares this"
+        " parameter; did you mean 'marker_r"
+    )
+    assert check(capsys, "--strict", file)[0] == 1
 
 
 def test_parameters_that_contradict_each_other(capsys, tmp_path):
