@@ -5,7 +5,7 @@ from __future__ import annotations
 from diagnostic_msgs.msg import DiagnosticArray
 from node_harness import diagnostics_values
 from rcl_interfaces.msg import Parameter, ParameterValue
-from rcl_interfaces.srv import SetParameters
+from rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
 from rclpy.serialization import serialize_message
 from recordings import replay
 
@@ -43,9 +43,18 @@ def test_handles_go_to_whom_the_scene_says_and_nowhere_else(client, start_node, 
     heard.wait_for(
         lambda m: diagnostics_values(m, "world").get("sources claimed") == "cups", "who claimed"
     )
+    listed = client.call_any(
+        ListParameters, "/scene_graph/list_parameters", ListParameters.Request()
+    )
+    names = listed.result.names
+    values = client.call_any(
+        GetParameters, "/scene_graph/get_parameters", GetParameters.Request(names=names)
+    )
+    assert len(values.values) == len(names) > 50
     assert node.stop() == 0
     assert "source 'cups' is claimed" in node.output()
-    seen = node.output().encode() + b"".join(serialize_message(m) for m in heard.kept())
+    seen = node.output().encode() + serialize_message(values)
+    seen += b"".join(serialize_message(m) for m in heard.kept())
     seen += b"".join(message.data for message in RecordingReader(bag))
     for handle in (cups, bowls):
         assert str(handle.token).encode() not in seen
