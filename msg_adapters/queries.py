@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 import math
 from typing import Any, NamedTuple
 
@@ -76,12 +76,16 @@ NO_OPTIONS = Options(({},), 0, (), 0, True)
 
 
 def options_from_msg(
-    msg: QueryOptions, names: SceneNames, *, max_configurations: float = math.inf
+    msg: QueryOptions,
+    names: SceneNames,
+    *,
+    max_configurations: float = math.inf,
+    is_joint: Callable[[str], bool] = lambda path: False,
 ) -> Options:
-    """Return the options of a query.
+    """Return the options of a query; ``is_joint`` tells whether "robot/joint" is one.
 
     Raises TooLargeError for more configurations than ``max_configurations``, UnknownIdError for a
-    frame or source that is not in the scene, InvalidPoseError for a pose that is none,
+    frame, joint or source that is not in the scene, InvalidPoseError for a pose that is none,
     MessageError for the rest.
     """
     count = len(msg.what_if.poses) // max(7 * len(msg.what_if.frames), 1)
@@ -97,7 +101,8 @@ def options_from_msg(
     sources = tuple(map(meant_name, msg.minimal_stamp_sources))
     for name in sources:
         if "/" in name:
-            names.frame_id(name)
+            if not is_joint(name):
+                names.frame_id(name)
         else:
             names.source_id(name)
     return Options(

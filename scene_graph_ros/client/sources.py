@@ -52,11 +52,12 @@ class Publishers:
         message.header.stamp = self._connection.node.get_clock().now().to_msg()
         self._publish(topic, message)
 
-    def joints(self, topic: str, positions: Mapping[str, float]) -> None:
-        """Publish positions of joints by name, stamped now."""
+    def joints(self, topic: str, positions: Mapping[str, float]) -> Any:
+        """Publish positions of joints by name, stamped now, and return the stamp."""
         message = JointState(name=list(positions), position=[float(v) for v in positions.values()])
         message.header.stamp = self._connection.node.get_clock().now().to_msg()
         self._publish(topic, message)
+        return message.header.stamp
 
 
 class Source:

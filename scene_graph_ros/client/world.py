@@ -8,6 +8,7 @@ from typing import Any, TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from rclpy.duration import Duration
 
 from scene_graph_msgs.msg import GeometryReference, QueryOptions, WhatIf
 from scene_graph_ros.client.answers import contact_table, Distance, distance_table, scene_table
@@ -171,18 +172,26 @@ class World:
     def move_joints(self, positions: Mapping[str, float], *, robot: str = "") -> None:
         """Tell positions of joints (rad, m), as a robot's driver would: for a robot without one.
 
-        The node takes them a moment later; `pose` of a link says when. ``robot`` is the robot's
-        source, where there are several.
+        Returns when the node has taken them, so that what is asked next knows of them. ``robot``
+        is the robot's source, where there are several. Raises WorldError where there is no such
+        robot or joint, and where the node does not take the positions.
         """
         topics = {
             s.name: s.pose_topic
             for s in self._connection.ask("DescribeScene").sources
-            if s.pose_type == "sensor_msgs/msg/JointState" and robot in ("", s.name)
+            if s.pose_type == "sensor_msgs/msg/JointState"
         }
-        if len(set(topics.values())) != 1:
+        source = next(iter(topics)) if len(topics) == 1 and not robot else robot
+        if source not in topics:
             names = ", ".join(sorted(topics)) or "none"
             raise WorldError(f"robot {robot!r}: the scene has {names}", "UNKNOWN_NAME")
-        self._publishers.joints(next(iter(topics.values())), positions)
+        stamp = self._publishers.joints(topics[source], positions)
+        named = [f"{source}/{joint}" for joint in positions]
+        options = QueryOptions(minimal_stamp=stamp, minimal_stamp_sources=named)
+        seconds = self._connection.timeout
+        options.timeout = Duration(seconds=seconds).to_msg()
+        # The node is to be the one that ends the waiting: it says what is missing.
+        self._connection.ask("GetPoseInWorld", options=options, timeout=2.0 * seconds)
 
     # Plans.
 

@@ -64,20 +64,10 @@ class Controller:
         self.states.publish(message)
 
 
-def arrive(world, positions):
-    """Publish positions, and wait until the node has taken them: a goal goes another way."""
-    world.move_joints(positions)
-    angle = positions["shoulder"]
-    end = np.array([np.cos(angle), np.sin(angle)])
-    world.connection.wait(
-        lambda: np.allclose(world.pose("arm/upper")[:2, 0], end, atol=1e-9), "the arm's report"
-    )
-
-
 def test_a_plan_is_found_and_executed(world):
     """From joint states to a path, its trajectory, and the robot's arrival."""
     controller = Controller(world)
-    arrive(world, controller.at)
+    world.move_joints(controller.at)
     said = []
     plan = world.plan({"shoulder": 1.0, "elbow": -0.5}, watch=lambda *what: said.append(what))
     assert plan.is_success, plan.reason
@@ -127,6 +117,18 @@ def test_what_has_no_plan_says_why(world):
         world.plan()
 
 
+def test_positions_that_the_node_does_not_take_are_told(world):
+    """Joints that there are not, and positions that are none."""
+    with pytest.raises(WorldError, match=r"UNKNOWN_NAME.*'arm/wrist'"):
+        world.move_joints({"wrist": 1.0})
+    with pytest.raises(WorldError, match="the scene has arm"):
+        world.move_joints({"shoulder": 1.0}, robot="leg")
+    world.connection.timeout, before = 0.5, world.connection.timeout
+    with pytest.raises(WorldError, match=r"STALE.*'arm/shoulder'"):
+        world.move_joints({"shoulder": float("nan")})
+    world.connection.timeout = before
+
+
 def test_what_is_grasped_moves_along(world):
     """A link carries a frame of a source of this program's, until it lets go."""
     world.move_joints({"shoulder": 0.0, "elbow": 0.0})
@@ -136,10 +138,7 @@ def test_what_is_grasped_moves_along(world):
     X_LF = source.attach("cup", "lower", (0.55, 0.0, 0.0))
     assert X_LF[:3, 3].tolist() == [0.55, 0.0, 0.0]
     world.move_joints({"shoulder": np.pi / 2, "elbow": 0.0})
-    world.connection.wait(
-        lambda: np.allclose(world.pose("hand/cup")[:3, 3], (0.0, 1.15, 0.0), atol=1e-9),
-        "the cup",
-    )
+    assert np.allclose(world.pose("hand/cup")[:3, 3], (0.0, 1.15, 0.0), atol=1e-9)
     assert np.allclose(source.detach("cup")[:3, 3], (0.0, 1.15, 0.0), atol=1e-9)
     with pytest.raises(WorldError, match=r"NAME_CONFLICT.*Remedy") as caught:
         world.source("hand")
@@ -202,7 +201,7 @@ def test_an_answer_that_is_faster_than_the_question_counts(world, monkeypatch):
     """A goal that is accepted before rclpy has noted that it was sent is not lost."""
     from rclpy.action import client as action_client
 
-    arrive(world, {"shoulder": 0.0, "elbow": 0.0})
+    world.move_joints({"shoulder": 0.0, "elbow": 0.0})
     planner = world._planner
     action = planner._ready_action()
     threads = []

@@ -77,6 +77,15 @@ def test_options_survive_the_wire(
     assert options.with_names is False
 
 
+def test_joints_are_waited_for_by_name(scene: SimpleNamespace) -> None:
+    """Of a robot's joint or frame; what is neither is refused."""
+    msg = QueryOptions(minimal_stamp_sources=["/arm/elbow"])
+    options = queries.options_from_msg(msg, scene.names, is_joint=lambda path: path == "arm/elbow")
+    assert options.minimal_stamp_sources == ("arm/elbow",)
+    with pytest.raises(UnknownIdError, match="'arm/elbow'"):
+        queries.options_from_msg(msg, scene.names)
+
+
 def test_options_that_can_not_be_met_are_refused(scene: SimpleNamespace) -> None:
     """A source that is not there, and waiting backwards."""
     with pytest.raises(UnknownIdError, match="'leg'"):

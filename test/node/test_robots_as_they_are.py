@@ -180,6 +180,13 @@ def test_a_request_that_waits_names_what_is_silent(client, senders):
     answer = client.call("GetPoseInWorld", frames=["two/grip"], options=options)
     assert answer.status.code == Status.STALE
     assert "'two/grip'" in answer.status.message
+    options = QueryOptions(minimal_stamp=now, minimal_stamp_sources=["two/arm_j"])
+    options.timeout.sec = 20
+    assert client.call("GetPoseInWorld", options=options).status.code == Status.OK
+    options = QueryOptions(minimal_stamp=now, minimal_stamp_sources=["two/grip_j"])
+    answer = client.call("GetPoseInWorld", options=options)
+    assert answer.status.code == Status.STALE
+    assert "'two/grip_j'" in answer.status.message
 
 
 def test_a_robot_becomes_what_it_is_described_as_next(client, description, senders):

@@ -89,8 +89,13 @@ class QueryScope:
         """Take the options that a request has. Raises what ``options_from_msg`` does."""
         if hasattr(request, "options"):
             most = self.limit("max_configurations_per_request")
-            names = self.snapshot.names
-            self.options = options_from_msg(request.options, names, max_configurations=most)
+            snapshot = self.snapshot
+            self.options = options_from_msg(
+                request.options,
+                snapshot.names,
+                max_configurations=most,
+                is_joint=lambda path: snapshot.joint_stamp(path) is not None,
+            )
 
     def each(self, question: Callable[[QueryObject], T]) -> list[T]:
         """Return what ``question`` returns for each configuration asked about, in order.

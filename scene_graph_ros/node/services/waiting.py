@@ -23,7 +23,7 @@ __all__ = ["PendingAnswer", "PoseRequirement", "Waiting"]
 class PoseRequirement:
     """The poses that a request needs: as new as ``stamp`` (ns), of ``sources`` or of any.
 
-    ``sources`` are names of sources, or of frames as ``source/frame``.
+    ``sources`` are names of sources, or of joints and frames as ``source/joint``.
     """
 
     stamp: int
@@ -40,6 +40,9 @@ class PoseRequirement:
     def _age(snapshot: WorldSnapshot, name: str) -> int:
         if "/" not in name:
             return snapshot.source_stamp(name)
+        stamp = snapshot.joint_stamp(name)
+        if stamp is not None:
+            return stamp
         try:
             return snapshot.frame_stamp(name)
         except SceneGraphError:  # it was removed meanwhile
