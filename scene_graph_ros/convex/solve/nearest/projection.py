@@ -20,6 +20,12 @@ _DEPENDENT = 1e-13
 _INSIDE = 4.0 * EPSILON
 """Relative to the numbers in a row: a row broken by less holds to rounding."""
 
+_NO_WEIGHT = 1e-12
+"""Of unit rows: the weight of one in another that is rounding."""
+
+_ROUNDING = 1e-10
+"""Relative to the numbers in a row: what rows that depend on each other may contradict it by."""
+
 
 @kernel
 def _append(a, Q, R, k):
@@ -63,14 +69,22 @@ def _back_substitute(R, k, column, out):
 
 
 @kernel
-def _most_broken(A, columns, b, lengths, num_equalities, is_active, x, rests, room):
+def _length(x):
+    total = 0.0
+    for value in x:
+        total += value * value
+    return np.sqrt(total)
+
+
+@kernel
+def _most_broken(A, columns, b, lengths, num_equalities, is_held, x, rests, room):
     """Return the row that x breaks by the longest way, -1 for none; fill what is left of rows."""
     row, worst = -1, 0.0
     exact_residuals(columns, b, len(b), x, rests, room)
     for i in range(len(b)):
         # Equations come first, since they stay.
         rest = -abs(rests[i]) if i < num_equalities else rests[i]
-        if not -rest > worst * lengths[i] or is_active[i] or lengths[i] == 0.0:
+        if not -rest > worst * lengths[i] or is_held[i] or lengths[i] == 0.0:
             continue
         size = abs(b[i])
         for k in range(len(x)):
@@ -78,6 +92,18 @@ def _most_broken(A, columns, b, lengths, num_equalities, is_active, x, rests, ro
         if rest < -_INSIDE * size:
             row, worst = i, np.inf if i < num_equalities else -rest / lengths[i]
     return row
+
+
+@kernel
+def _holds_to_rounding(A, b, lengths, is_held, x):
+    """Tell whether x fulfils the rows that were taken for fulfilled."""
+    size = _length(x)
+    for i in range(len(b)):
+        if is_held[i]:
+            excess = -exact_residual(A[i], x, b[i])
+            if not excess <= _ROUNDING * (abs(b[i]) + lengths[i] * size):
+                return False
+    return True
 
 
 @kernel
@@ -97,12 +123,15 @@ def _settle(A, b, active, k, Q, R, x):
 
 
 @kernel
-def _first_to_drop(y, steps, active, k, num_equalities):
+def _first_to_drop(y, steps, lengths, length, active, k, num_equalities):
     """Return how far to go until the first multiplier of an inequality is 0, and its place."""
     step, drop = np.inf, -1
     for j in range(k):
-        if active[j] >= num_equalities and steps[j] > 0.0 and y[active[j]] < step * steps[j]:
-            step, drop = y[active[j]] / steps[j], j
+        i = active[j]
+        # Smaller weights in a row of this length are rounding.
+        is_weight = steps[j] * lengths[i] > _NO_WEIGHT * length
+        if i >= num_equalities and is_weight and y[i] < step * steps[j]:
+            step, drop = y[i] / steps[j], j
     return step, drop
 
 
@@ -112,23 +141,29 @@ def _project(A, columns, b, lengths, num_equalities, x, y):
     m, n = A.shape
     Q, R, steps = np.zeros((n, n + 1)), np.zeros((n + 1, n + 1)), np.zeros(n + 1)
     active, signs = np.zeros(n + 1, np.int64), np.ones(n + 1)
-    is_active, rests, room = np.zeros(m, np.bool_), np.empty(m), np.empty(m)
+    is_held, rests, room = np.zeros(m, np.bool_), np.empty(m), np.empty(m)
     y[:] = 0.0
     k, row, sign = 0, -1, 1.0
     for _ in range(10 * (m + n) + 10):
         if row < 0:
-            row = _most_broken(A, columns, b, lengths, num_equalities, is_active, x, rests, room)
+            row = _most_broken(A, columns, b, lengths, num_equalities, is_held, x, rests, room)
             if row < 0:
                 _settle(A, b, active, k, Q, R, x)
-                return True
+                return _holds_to_rounding(A, b, lengths, is_held, x)
             sign = 1.0 if rests[row] < 0.0 else -1.0
         way = _append(sign * A[row], Q, R, k)
         _back_substitute(R, k, k, steps)
-        step, drop = _first_to_drop(y, steps, active, k, num_equalities)
+        step, drop = _first_to_drop(y, steps, lengths, lengths[row], active, k, num_equalities)
         excess = -sign * exact_residual(A[row], x, b[row])
         full = max(excess, 0.0) / (way * way) if way > 0.0 else np.inf
         if full == np.inf and step == np.inf:
-            return False
+            # No point of the active rows fulfils it, but some point of the set does: what it
+            # is broken by is rounding, or that of these rows.
+            if not excess <= _ROUNDING * (abs(b[row]) + lengths[row] * _length(x)):
+                return False
+            is_held[row] = True
+            row = -1
+            continue
         whole = full <= step
         length = full if whole else step
         for j in range(k):
@@ -138,11 +173,11 @@ def _project(A, columns, b, lengths, num_equalities, x, y):
             for i in range(n):
                 x[i] -= length * way * Q[i, k]
         if whole:
-            active[k], signs[k], is_active[row] = row, sign, True
+            active[k], signs[k], is_held[row] = row, sign, True
             k += 1
             row = -1
         else:
-            y[active[drop]], is_active[active[drop]] = 0.0, False
+            y[active[drop]], is_held[active[drop]] = 0.0, False
             for j in range(drop, k - 1):
                 active[j], signs[j] = active[j + 1], signs[j + 1]
             k -= 1
