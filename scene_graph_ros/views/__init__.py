@@ -1,1 +1,1 @@
-"""What to draw of a scene, as plain data, and views that draw it. No messages, no ROS."""
+"""Drawings of a scene as plain data, and views that show them. No messages, no ROS."""

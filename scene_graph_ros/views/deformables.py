@@ -1,4 +1,4 @@
-"""What there is to draw of deformable geometry: its driven meshes, whose vertices move."""
+"""Drawings of deformable geometry: its driven meshes, whose vertices move."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def deformable_items(
     geometry_ids: Iterable[GeometryId],
     cannot_show: Callable[[int, Exception], None],
 ) -> list[DeformableItem]:
-    """Return what to draw of deformable geometries with ``role``.
+    """Return the drawings of deformable geometries with ``role``.
 
     One whose driven mesh can't be had is left out, and ``cannot_show`` called with its id and why.
     """

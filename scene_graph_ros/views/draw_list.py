@@ -1,7 +1,7 @@
-"""What is drawn, where a reader was shown it last, and what changed since.
+"""Lists of items to draw, and their changes since a reader last saw them.
 
-A `DrawList` says which geometries are drawn and never changes; `Shown` remembers what one reader
-has been shown of such lists, and so tells what has moved, appeared and vanished.
+A `DrawList` says which geometries are drawn and never changes; `Shown` remembers the items that
+one reader has seen, and so tells which have moved, appeared and vanished.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class DrawItem(NamedTuple):
 
 
 class DrawList:
-    """Items in the order of their rows, and what follows from them alone; it never changes."""
+    """Items in the order of their rows, and tables that follow from them; it never changes."""
 
     def __init__(self, items: Iterable[DrawItem]) -> None:
         """Raise ValueError where two have the same group and geometry."""
@@ -72,7 +72,7 @@ class DrawList:
 
 
 class Changes(NamedTuple):
-    """What a reader has to be told to see a list of items at their poses."""
+    """The changes after which a reader sees a list of items at their poses."""
 
     appeared: NDArray[np.int64]
     """(a,) rows of items that are new, or look different than before."""
@@ -82,7 +82,7 @@ class Changes(NamedTuple):
 
 
 class Shown:
-    """What one reader was shown: items, one row each; row i of all poses belongs to item i."""
+    """The items that one reader sees, one row each; row i of all poses belongs to item i."""
 
     def __init__(self) -> None:
         self._list = DrawList([])
@@ -121,7 +121,7 @@ class Shown:
         self._poses = np.concatenate([self._poses, never])[known]
 
     def take_vanished(self) -> list[ItemKey]:
-        """Return what vanished since the last call."""
+        """Return the items that vanished since the last call."""
         vanished = list(self._stale)
         self._stale.clear()
         return vanished
@@ -144,7 +144,7 @@ class Shown:
         return X_WM
 
     def follow(self, listed: DrawList, X_WG: NDArray[np.float64]) -> Changes:
-        """Show a list of items at poses ``(n, 4, 4)``; return what that changes."""
+        """Show a list of items at poses ``(n, 4, 4)``; return the changes."""
         appeared = np.empty(0, dtype=np.int64)
         if listed is not self._list:
             known = np.array(self._list.rows_of(listed.items), dtype=np.int64)

@@ -1,4 +1,4 @@
-"""What there is to draw of the geometries with a role: names, shapes and colours."""
+"""Drawings of the geometries with a role: names, shapes and colours."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def draw_items(
     *,
     mesh_hulls: bool = False,
 ) -> list[DrawItem]:
-    """Return what to draw for geometries with ``role``, in their order.
+    """Return the drawings of geometries with ``role``, in their order.
 
     The colour is the role's property ("phong", "diffuse"). Without one, collision geometry gets
     PROXIMITY_COLOR, the rest the materials of its mesh file. ``mesh_hulls`` draws the convex hull

@@ -1,4 +1,4 @@
-"""What an item looks like to viewers that have forms of their own: a form and its size."""
+"""An item's look in viewers that have forms of their own: a form and its size."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which addresses are this machine's own. Those who ask need not import the server for it."""
+"""The addresses of this machine. A check of them need not import the server."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a view needs of the world at one time."""
+"""The world at one time, as views need it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Trouble(NamedTuple):
 
 
 class Contacts(NamedTuple):
-    """What touches, as tables of answers."""
+    """Contacts, as tables of answers."""
 
     points: Any
     """Penetrations of the pairs without a surface."""
@@ -63,21 +63,21 @@ class Moment(Protocol):
 
     @property
     def troubles(self) -> tuple[Trouble, ...]:
-        """What is not as it should be, as diagnostics say; none where all is well."""
+        """Troubles, as diagnostics have them; none where all is well."""
 
     @property
     def sliders(self) -> tuple[Slider, ...]:
-        """Tell which joints may be moved: others with another scene version."""
+        """The joints that may be moved: others with another scene version."""
 
     @property
     def slider_sequence(self) -> int:
         """Another number for each change of which of them can't be moved."""
 
     def slider_state(self) -> SliderState:
-        """Return where these joints are."""
+        """Return the positions of these joints."""
 
     def contacts(self) -> Contacts:
-        """Return what touches."""
+        """Return the contacts."""
 
     def picture(self, camera: str) -> bytes:
-        """Return what a camera sees as a PNG file, nothing where there is nothing to be seen."""
+        """Return a camera's image as a PNG file, empty where it sees nothing."""

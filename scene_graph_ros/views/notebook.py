@@ -27,7 +27,7 @@ _NONE = {
 
 
 def cell_html(query: QueryObject) -> str:
-    """Return an element that shows what ``query`` is about, at the moment, with what touches.
+    """Return an element that shows the world of ``query`` at the moment, with its contacts.
 
     It can be turned, and clicked at, also where no kernel runs any more. Where the meshes of the
     scene are too large to be kept in a notebook, it says so.

@@ -1,7 +1,7 @@
 """Images as PNG files, without loss: whole numbers of 8 or 16 bits.
 
-Each row is written as its difference from the one above, which is what images of a renderer
-compress well by, and compressed as fast as zlib can. The interpreter's lock is free meanwhile.
+Each row is written as its difference from the one above, by which images of a renderer compress
+well, and compressed as fast as zlib can. The interpreter's lock is free meanwhile.
 After *Portable Network Graphics (PNG) Specification*, W3C, sections 5, 9 and 11.
 """
 

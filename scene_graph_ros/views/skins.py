@@ -1,4 +1,4 @@
-"""The pictures on what is drawn: those of its properties, or of its mesh's file."""
+"""The pictures on items: those of their properties, or of their meshes' files."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ __all__ = ["StillMoment"]
 
 
 class StillMoment(NamedTuple):
-    """What a query object is about. It has no cameras, joints or stamps."""
+    """The world of a query object. It has no cameras, joints or stamps."""
 
     query: QueryObject
     """Of one snapshot."""
@@ -70,7 +70,7 @@ class StillMoment(NamedTuple):
         return SliderState((), {})
 
     def contacts(self) -> Contacts:
-        """Return what touches, at points."""
+        """Return the contacts at points."""
         return Contacts(self.points)
 
     def picture(self, camera: str) -> bytes:

@@ -1,4 +1,4 @@
-"""What there is to draw of contact surfaces: triangles in colours of their pressure.
+"""Drawings of contact surfaces: triangles in colours of their pressure.
 
 Colour goes from blue at zero over cyan, green and yellow to red at ``scale`` pascals and above, on
 a scale that does not change: pictures of different moments can be compared.
@@ -20,7 +20,7 @@ _COLORS = np.array([[0, 0, 1], [0, 1, 1], [0, 1, 0], [1, 1, 0], [1, 0, 0]], dtyp
 
 
 def corner_rows(surfaces: Any) -> tuple[IntArray, IntArray]:
-    """Return where the corners of each face of a table begin (f + 1,), and their vertices.
+    """Return the places (f + 1,) at which each face's corners begin, and the corners' vertices.
 
     Rows of vertices count from 0 in the whole table.
     """

@@ -1,1 +1,1 @@
-"""A view of the world in a browser: `server.BrowserView` serves a page, and what moves to it."""
+"""A view of the world in a browser: `server.BrowserView` serves a page and the motion on it."""

@@ -26,7 +26,7 @@ class Allowance:
 
 
 class Pace:
-    """Spreads what is done over time, for all who share it."""
+    """Spreads work over time, for all its users together."""
 
     def __init__(self, per_second: float, at_once: float = 0.0) -> None:
         """Let pass ``per_second``, and ``at_once`` more after a pause."""

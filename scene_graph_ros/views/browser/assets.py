@@ -2,7 +2,7 @@
 
 A client asks by an address. It is looked up among those of the scene and never followed, so that
 no request leads to another file of the disk. A file is sent as long as it is the one that was read
-as a part of the scene: what took its place since, be it by a link, is not.
+as a part of the scene: a file that took its place since, be it by a link, is not.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _PACKAGE = "package.xml"
 
 
 class AssetError(LookupError):
-    """A client asks for what it can't be sent."""
+    """A client asks for a file that it can't be sent."""
 
 
 class Asset:
@@ -75,7 +75,7 @@ class SceneAssets:
     def __init__(
         self, inspector: SceneGraphInspector, addressing: Callable[[], Callable[[Path], str]]
     ) -> None:
-        """``addressing`` returns what returns a file's address, as markers have it.
+        """``addressing`` returns the function from a file to its address in markers.
 
         It is called when the first file is asked for.
         """

@@ -1,8 +1,8 @@
-"""What goes to a page: messages of blocks, whose numbers a page reads where they are.
+"""Messages to a page: blocks, whose numbers a page reads where they are.
 
-A message is blocks in a row; a block is its kind and the length of what follows, two unsigned
-integers of 32 bits, and that in a multiple of 8 bytes. All is little-endian. Items are called by
-numbers, which doubles hold exactly. ``page/blocks.js`` reads what is written here.
+A message is blocks in a row; a block is its kind and the length of its content, two unsigned
+integers of 32 bits, and the content, in a multiple of 8 bytes. All is little-endian. Items are
+called by numbers, which doubles hold exactly. ``page/blocks.js`` reads these messages.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _ALIGNMENT = 8
 
 
 class BlockKind(enum.IntEnum):
-    """What is in a block."""
+    """Kinds of blocks."""
 
     TIME = 1
     """Doubles: stamp in s, number of the moment, version of the scene."""
@@ -190,7 +190,7 @@ def surfaces_block(
 
 
 def picture_block(file: bytes) -> bytes:
-    """Return the block of what a camera sees, as a PNG file, or as nothing."""
+    """Return the block of a camera's image, a PNG file; empty for no image."""
     return _block(BlockKind.PICTURE, struct.pack("<II", len(file), 0), file)
 
 
@@ -201,6 +201,6 @@ def sliders_block(state: SliderState) -> bytes:
 
 
 def troubles_block(troubles: Iterable[Trouble]) -> bytes:
-    """Return the block of what is not as it should be."""
+    """Return the block of troubles."""
     content = [trouble._asdict() for trouble in troubles]
     return _block(BlockKind.TROUBLES, json.dumps(content).encode())

@@ -1,7 +1,7 @@
-"""Topics that are offered to clients beside the page, and what waits to go out to each client.
+"""Topics that are offered to clients beside the page, and the messages that wait for each client.
 
-Whoever publishes writes to a channel, from any thread, and never waits. A client that is slow
-loses the oldest messages; the channel is told, so that what builds on them can be said anew.
+A publisher writes to a channel, from any thread, and never waits. A client that is slow loses the
+oldest messages; the channel is told, so that a message that others build on can be sent anew.
 """
 
 from __future__ import annotations
@@ -140,7 +140,7 @@ class Channel:
 
     @property
     def info(self) -> ChannelInfo:
-        """What clients are told of it."""
+        """The channel as clients know it."""
         definition = self._channels.definition(self.kind)
         return ChannelInfo(self.number, self.topic, self.kind, definition)
 
@@ -199,7 +199,7 @@ class _Item(NamedTuple):
 
 
 class Subscriber:
-    """One client: what it subscribed to, and what it has not taken yet."""
+    """One client: its subscriptions, and the messages that it has not taken yet."""
 
     def __init__(
         self, channels: Channels, wake: Callable[[], None], cut_off: Callable[[], None]
@@ -217,7 +217,7 @@ class Subscriber:
         self._time_at = float("-inf")
 
     def subscribe(self, subscription: int, number: int) -> None:
-        """Get what comes in a channel, by its number; what can't be is told to the client."""
+        """Subscribe to a channel by its number; a wrong number is told to the client."""
         channels = self._channels
         with channels.lock:
             channel = channels.open.get(number)
@@ -244,7 +244,7 @@ class Subscriber:
                 self.forget(channel)
 
     def complain(self, text: str) -> None:
-        """Tell the client what it did wrong."""
+        """Tell the client of its mistake."""
         self._errors.append(text)
         self.wake()
 
@@ -311,12 +311,12 @@ class Subscriber:
         return self._take_news() or self._take_time() or self._take_data()
 
     def is_sent(self, load: Load) -> None:
-        """Count what the client is sent now beside messages, until the next is taken."""
+        """Count a load beside the messages, until the next message is taken."""
         self._channels.waiting.end(self)
         self._channels.waiting.begin(self, load, self._cut_off)
 
     def _take_news(self) -> str | None:
-        """Return what is to be told of the server, of channels and of mistakes."""
+        """Return the next news: of the server, of channels, of mistakes."""
         channels = self._channels
         if not self._is_greeted:
             self._is_greeted = True

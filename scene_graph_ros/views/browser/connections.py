@@ -52,7 +52,7 @@ class Connections:
 class _Counted(ServerConnection):
     """A connection that is closed at once where there are too many.
 
-    Also a while after it has come to its end, by agreement or because of what was sent, if the
+    Also a while after it has come to its end, by agreement or by a forbidden message, if the
     other side does not close it.
     """
 
@@ -137,7 +137,7 @@ async def _cut(parts: Sequence[bytes]) -> AsyncIterator[bytes]:
 async def until_first(
     sending: Coroutine[Any, Any, None], listening: Coroutine[Any, Any, None]
 ) -> None:
-    """Do both until one has ended, and raise what that raises; the other ends with it."""
+    """Do both until one has ended, and raise its error; the other ends with it."""
     tasks = [asyncio.ensure_future(work) for work in (sending, listening)]
     try:
         done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)

@@ -1,4 +1,4 @@
-"""What one page was told, and what it is to be told next."""
+"""The state of one page, and the next message that brings it up to date."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Told(NamedTuple):
 
 
 class Cursor:
-    """Where a page is: what is newer than that is in its next message, however much it missed."""
+    """The state that a page is at: its next message has all changes since."""
 
     def __init__(self) -> None:
         self._shown = Shown()
@@ -49,9 +49,9 @@ class Cursor:
         return b"".join(self.told(moment, wish, drawing).blocks)
 
     def told(self, moment: Moment, wish: Wish, drawing: Drawing) -> Told:
-        """Return what makes a page that was told all messages so far show ``moment``.
+        """Return the message after which a page with all messages so far shows ``moment``.
 
-        Raises what building meshes and asking for contacts raise; then begin anew.
+        Raises the errors of meshes and contacts; then begin anew.
         """
         scene = drawing.scene(moment, wish)
         X_WG = drawing.X_WG(moment, scene.roles)
@@ -76,13 +76,13 @@ class Cursor:
         return Told(blocks, sum(len(block) for block in blocks if id(block) not in shared))
 
     def _pictures(self, moment: Moment, camera: str, drawing: Drawing) -> list[bytes]:
-        """Return what the camera sees that is looked through, if that is not shown already."""
+        """Return the image of the chosen camera, if the page does not show it already."""
         before = self._picture
         self._picture = (camera, drawing.picture(moment, camera) if camera else b"")
         return [self._picture[1]] if camera and self._picture != before else []
 
     def _scene_blocks(self, before: Scene | None, scene: Scene, changes: Changes) -> list[bytes]:
-        """Return what tells a page of another scene: meshes, then the items that use them."""
+        """Return the blocks of another scene: meshes, then the items that use them."""
         self._scene = scene
         deformed_before = {} if before is None else before.deforming
         new = [
@@ -116,7 +116,7 @@ class Cursor:
         return [*made, scene_block(content)]
 
     def _vertices(self, moment: Moment, scene: Scene) -> Iterable[bytes]:
-        """Return where the vertices are of what is deformed otherwise than it was last told."""
+        """Return the vertices of items that have been deformed since the last message."""
         snapshot = moment.query.snapshot
         for number, each in scene.deforming.items():
             configuration = snapshot.configuration(each.geometry_id)

@@ -1,4 +1,4 @@
-"""What pages are told of a moment, made once for all pages that show the same roles."""
+"""Blocks of a moment, made once for all pages that show the same roles."""
 
 from __future__ import annotations
 
@@ -52,12 +52,12 @@ class Deforming(NamedTuple):
 
     @property
     def entry(self) -> Entry:
-        """What a page is told of it."""
+        """The item as a page knows it."""
         return {**_entry(self.item.item, self.number), "form": "vertices", "mesh": self.mesh}
 
 
 class Scene(NamedTuple):
-    """What is drawn of one version of the world, for some roles."""
+    """The items of one version of the world with some roles."""
 
     version: int
     roles: tuple[Role, ...]
@@ -80,7 +80,7 @@ class Scene(NamedTuple):
 
 
 def _number(geometry_id: int, role: Role) -> int:
-    """Return what an item is called: a geometry has one for each role."""
+    """Return the number of an item: a geometry has one for each role."""
     return 4 * geometry_id + role.value
 
 
@@ -96,7 +96,7 @@ def _entry(item: DrawItem, number: int) -> Entry:
 
 
 class _Blocks(NamedTuple):
-    """What goes to pages once, by number."""
+    """Blocks that a page gets once, by number."""
 
     meshes: dict[int, bytes]
     textures: dict[int, bytes]
@@ -118,7 +118,7 @@ def _deepest(depths: NDArray[np.float64]) -> NDArray[np.int64] | slice:
 
 
 class Drawing:
-    """Makes what pages are told; to be used by one thread."""
+    """Makes the blocks of pages; to be used by one thread."""
 
     def __init__(self, cannot_show: Callable[[int, Exception], None]) -> None:
         """Call ``cannot_show`` with the id of a deformable geometry that can't be, and why."""
@@ -133,7 +133,7 @@ class Drawing:
         """Of one moment; of more than ``MOST_CONTACTS`` the deepest are shown."""
 
     def scene(self, moment: Moment, wish: Wish) -> Scene:
-        """Return what a page with this wish draws; the same object while it is the same."""
+        """Return the scene of a page with this wish; the same object while it is the same."""
         if moment.scene_version != self._version:
             self._version = moment.scene_version
             self._scenes.clear()
@@ -234,7 +234,7 @@ class Drawing:
         return placed[roles]
 
     def contacts(self, moment: Moment) -> bytes:
-        """Return the blocks of what touches: points half-way between both witnesses, surfaces."""
+        """Return the blocks of contacts: points half-way between both witnesses, surfaces."""
         asked = (moment.sequence, moment.contact_sequence)
         if self._contacts[0] != asked:
             points, surfaces, scale = moment.contacts()
@@ -254,7 +254,7 @@ class Drawing:
         return self._contacts[1]
 
     def picture(self, moment: Moment, camera: str) -> bytes:
-        """Return the block of what a camera sees; the same object while it is of this moment."""
+        """Return the block of a camera's image; the same object while it is of this moment."""
         if self._pictures[0] != moment.sequence:
             self._pictures = (moment.sequence, {})
         pictures = self._pictures[1]

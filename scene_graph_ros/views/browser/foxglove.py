@@ -1,8 +1,8 @@
-"""Foxglove's protocol for live data: what its clients say and are told, as text and bytes.
+"""Foxglove's protocol for live data: its messages in both directions, as text and bytes.
 
-Foxglove and Lichtblick speak it. Here is what a server needs that only shows: it offers channels,
+Foxglove and Lichtblick speak it. Here is the part of a server that only shows: it offers channels,
 and clients subscribe to them. Source: docs/spec.md of github.com/foxglove/ws-protocol; the newer
-name of the protocol differs in what is not offered here.
+name of the protocol differs in parts that are not offered here.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ _NOT_OFFERED = frozenset(
 
 
 class ChannelInfo(NamedTuple):
-    """What clients are told of a channel: its messages are in CDR, as ROS 2 has them."""
+    """A channel as clients know it: its messages are in CDR, as ROS 2 has them."""
 
     number: int
     topic: str
@@ -69,7 +69,7 @@ class RequestError(ValueError):
 
 
 class Request(NamedTuple):
-    """What a client asks for."""
+    """A client's request."""
 
     subscribe: tuple[tuple[int, int], ...] = ()
     """Numbers that it chose for subscriptions, and of their channels."""
@@ -82,7 +82,7 @@ class Request(NamedTuple):
 
 
 def server_info(name: str, session: str, *, tells_time: bool, has_assets: bool) -> str:
-    """Return what a client is told first; ``session`` differs from those of other servers."""
+    """Return the first message to a client; ``session`` differs from those of other servers."""
     return _text(
         "serverInfo",
         name=name,
@@ -114,7 +114,7 @@ def unadvertisement(numbers: Iterable[int]) -> str:
 
 
 def status_error(text: str) -> str:
-    """Return the message that tells a client what went wrong."""
+    """Return the message that tells a client of an error."""
     return _text("status", level=_ERROR, message=text)
 
 
@@ -127,7 +127,7 @@ def message_data(subscription: int, time: int, data: bytes) -> tuple[bytes, byte
 
 
 def time_data(time: int) -> bytes:
-    """Return the message that says what time it is, in ns."""
+    """Return the message with the time, in ns."""
     return _TIME.pack(2, time)
 
 
@@ -143,7 +143,7 @@ def asset_error(request: int, text: str) -> bytes:
 
 
 def parse_request(text: str) -> Request:
-    """Return what a client's message says. Raises RequestError for what is no message."""
+    """Return the request in a client's message. Raises RequestError for a text that is none."""
     try:
         content = json.loads(text)
     except (ValueError, RecursionError) as error:

@@ -1,4 +1,4 @@
-"""What is said between the server and one client that speaks Foxglove's protocol."""
+"""The conversation of the server with one client that speaks Foxglove's protocol."""
 
 from __future__ import annotations
 
@@ -34,19 +34,19 @@ _FILE_BYTES_PER_SECOND = float(1 << 26)
 
 
 def pace_of_files() -> Pace:
-    """Return how fast files are sent, for all clients to share."""
+    """Return the pace of files, for all clients together."""
     return Pace(_FILE_BYTES_PER_SECOND)
 
 
 class _Answer(NamedTuple):
-    """What goes out in return for a request for a file."""
+    """The answer to a request for a file."""
 
     head: bytes
     asset: Asset | None = None
 
 
 async def talk_foxglove(connection: ServerConnection, channels: Channels, pace: Pace) -> None:
-    """Offer channels to a client and send what it subscribes to, until it leaves.
+    """Offer channels to a client and send its subscriptions, until it leaves.
 
     ``pace`` is that of files. Raises RequestError for rubbish, TimeoutError where the client takes
     nothing for long, AssetError where a file goes while it is sent.
@@ -95,7 +95,7 @@ async def talk_foxglove(connection: ServerConnection, channels: Channels, pace: 
 
 
 def _asset(channels: Channels, request: int, address: str) -> _Answer:
-    """Return what a request for a file is answered."""
+    """Return the answer to a request for a file."""
     if channels.assets is None:
         return _Answer(asset_error(request, "this server does not offer fetchAsset"))
     try:
@@ -105,7 +105,7 @@ def _asset(channels: Channels, request: int, address: str) -> _Answer:
 
 
 async def _parts(answer: _Answer, pace: Pace) -> AsyncIterator[bytes]:
-    """Yield an answer; what is to follow is read when what came before has gone out."""
+    """Yield an answer in parts; each is read when the one before has gone out."""
     yield answer.head
     if answer.asset is not None:
         fragments = answer.asset.fragments()

@@ -1,4 +1,4 @@
-"""Who may read: which requests are answered, and how.
+"""Access to the page: which requests are answered, and how.
 
 A page of another site must not read the scene in its visitor's browser. Such a page can connect to
 this machine, but it can't lie about its ``Origin``. Where it has its own name point here (DNS
@@ -45,7 +45,7 @@ _HEADERS = {
 
 
 class Answer(NamedTuple):
-    """What a request gets."""
+    """The answer to a request."""
 
     status: HTTPStatus
     type: str
@@ -100,7 +100,7 @@ class Gate:
     ) -> Answer | None:
         """Return the answer to a request, None where it may connect.
 
-        ``target`` is the path with what is asked for, ``host`` and ``origin`` are the headers. A
+        ``target`` is the path with its query, ``host`` and ``origin`` are the headers. A
         client that ``is_other`` than the page asks for the address itself.
         """
         nothing = _refusal(HTTPStatus.NOT_FOUND, "There is nothing here.")

@@ -1,8 +1,8 @@
-"""A page with a time line in one file: all of its code, and all that it shows.
+"""A page with a time line in one file, with its code and its data.
 
 Messages are taken apart into blocks, and each block is in the file once. So a message that tells
 everything, from which the page can begin anywhere, costs little beside those that tell changes.
-``page/recording.js`` reads what is written here.
+``page/recording.js`` reads this file.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class PageFile:
     def add(self, moment: Moment, seconds: float) -> None:
         """Show a moment at a time (s) that is not before that of the last one.
 
-        Raises what building meshes and asking for contacts raise.
+        Raises the errors of meshes and contacts.
         """
         index = len(self._times)
         self._changes.append(self._blocks(self._cursor.message(moment, _WISH, self._drawing)))
@@ -72,11 +72,11 @@ class PageFile:
         return self._begins[-1] >= MOST_BYTES
 
     def most_contacts(self) -> int:
-        """Return how many points touch in one moment at most, shown or not."""
+        """Return the largest number of points that touch in one moment, shown or not."""
         return self._drawing.most_contacts
 
     def count(self) -> int:
-        """Return how many moments there are."""
+        """Return the number of moments."""
         return len(self._times)
 
     def seconds(self) -> float:

@@ -1,4 +1,4 @@
-"""What a page may load and run: the policy of the live page, and of one in a file."""
+"""The content security policies of the live page, and of one in a file."""
 
 from __future__ import annotations
 

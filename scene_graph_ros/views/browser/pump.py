@@ -20,7 +20,7 @@ _RECENT = 100
 
 
 class Page:
-    """A page that is connected; the pump's lock guards what is in it."""
+    """A page that is connected; the pump's lock guards its fields."""
 
     def __init__(self, deliver: Callable[[Told], None]) -> None:
         """``deliver`` sends a message and returns at once; then call ``Pump.sent``."""
@@ -48,7 +48,7 @@ class Pump:
     ) -> None:
         """Make at most ``rate`` messages a second for each page.
 
-        ``failed`` is told of what can't be made; nothing is then until the scene changes.
+        ``failed`` is told of an error; nothing is made then until the scene changes.
         ``cannot_show`` is told of a deformable geometry that is left out, and why.
         """
         self._period = 1.0 / rate
@@ -89,11 +89,11 @@ class Pump:
                 self._changed.notify()
 
     def count(self) -> int:
-        """Return how many pages there are."""
+        """Return the number of pages."""
         return len(self._pages)
 
     def wants_contacts(self) -> bool:
-        """Tell whether a page shows what touches."""
+        """Tell whether a page shows contacts."""
         with self._changed:
             return any(page.wish.contacts for page in self._pages)
 

@@ -12,7 +12,7 @@ __all__ = ["Seldom"]
 class Seldom:
     """Calls a function at once, but no more than once in a period.
 
-    Who asks earlier is served at the end of the period, together with all others who do.
+    Earlier calls are served together at the end of the period.
     """
 
     def __init__(self, function: Callable[[], None], period: float) -> None:

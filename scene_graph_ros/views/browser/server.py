@@ -1,4 +1,4 @@
-"""The server of the view: a page, and what that is sent, by a thread of its own."""
+"""The server of the view: a page and its messages, by a thread of its own."""
 
 from __future__ import annotations
 
@@ -82,8 +82,8 @@ class BrowserView:
         """Listen on a port of an address, 0 for a free one; raises OSError where that can't be.
 
         Pages get at most ``rate`` messages a second. ``wanted`` is called when one came and a
-        moment is to be offered, ``failed`` with what went wrong, ``cannot_show`` with the id of
-        what is left out and why, ``refused_origin`` with that of a page that was refused: in
+        moment is to be offered, ``failed`` with the error, ``cannot_show`` with the id of a
+        geometry that is left out and why, ``refused_origin`` with that of a refused page: in
         threads of the view. Pages of other ``origins`` may connect, too. ``moved`` is called with
         joints that pages move; without it they may not. ``no_handles`` is told where the system
         has no file handle for one more connection, each second.
@@ -113,7 +113,7 @@ class BrowserView:
         self._thread.start()
 
     def stop(self) -> None:
-        """Close all pages and the port; what is being made for them ends by itself."""
+        """Close all pages and the port; messages that are being made end by themselves."""
         if self._is_ended:
             return
         self._is_ended = True
@@ -135,7 +135,7 @@ class BrowserView:
         return self._pump.count() > 0
 
     def wants_contacts(self) -> bool:
-        """Tell whether somebody looks at what touches."""
+        """Tell whether somebody looks at contacts."""
         return self._pump.wants_contacts()
 
     def is_due(self) -> bool:
@@ -147,15 +147,15 @@ class BrowserView:
         self._pump.offer(moment)
 
     def recent_seconds(self) -> list[float]:
-        """Return how long the last messages took to make."""
+        """Return the times (s) that the last messages took to make."""
         return list(self._pump.seconds)
 
     def count(self) -> int:
-        """Return how many messages were made."""
+        """Return the number of messages made."""
         return self._pump.messages
 
     def counters(self) -> dict[str, Any]:
-        """Return the address, how many pages are open, and what they were sent."""
+        """Return the address, the number of open pages, and counts of messages to them."""
         return {
             "address": self.address,
             "pages": self._pump.count(),
@@ -189,7 +189,7 @@ class BrowserView:
             self._loop.close()
 
     def _say_fault(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
-        """Tell what went wrong in the loop, but of the listener, which tells it by itself."""
+        """Report an error of the loop, but for the listener's, which reports its own."""
         if "socket" not in context or not isinstance(context.get("exception"), OSError):
             loop.default_exception_handler(context)
 
@@ -264,7 +264,7 @@ class BrowserView:
             self._clients -= 1
 
     async def _talk_to_page(self, connection: ServerConnection) -> None:
-        """Say what is shown, and listen to wishes, until the page leaves."""
+        """Send the scene and listen to wishes, until the page leaves."""
         outbox: asyncio.Queue[Told] = asyncio.Queue()
         waiting = self._channels.waiting
 

@@ -57,7 +57,7 @@ class SharedMeshes:
         self._old_textures: dict[str, SharedTexture] = {}
 
     def forget_old(self) -> None:
-        """Begin anew to note what is asked for."""
+        """Begin anew to note the meshes in use."""
         self._old, self._new = self._new, {}
         self._old_textures, self._new_textures = self._new_textures, {}
 

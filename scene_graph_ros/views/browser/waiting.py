@@ -1,4 +1,4 @@
-"""What waits for slow clients, in bytes for all of them together."""
+"""Messages that wait for slow clients, in bytes for all of them together."""
 
 from __future__ import annotations
 
@@ -55,9 +55,9 @@ class Waiting:
     def begin(self, client: Hashable, load: Load, cut_off: Callable[[], None]) -> None:
         """Count a load that a client is being sent; ``cut_off`` ends its connection, at once.
 
-        It is called, from any thread, where messages that are on their way take half of what may
-        wait, and nobody has been sent one for longer; then nothing is counted for the client any
-        more. So those who take what they are sent get more, whoever does not.
+        It is called, from any thread, where messages on their way take half of the room, and this
+        client's is the oldest; then nothing is counted for it any more. So clients that read get
+        more, however many do not.
         """
         with self._lock:
             self._hold(load)
@@ -67,14 +67,14 @@ class Waiting:
             sending.cut_off()
 
     def end(self, client: Hashable) -> None:
-        """Count what the client was sent no longer."""
+        """Count a client's load no longer."""
         with self._lock:
             sending = self._sending.pop(client, None)
             if sending is not None:
                 self._release(sending.load)
 
     def _too_slow(self) -> list[_Sending]:
-        """Take out who has been sent a message for longest, while those take too much."""
+        """Take out the clients with the oldest messages, while these take too much."""
         ended = []
         while len(self._sending) > 1:
             loads = {sending.load for sending in self._sending.values()}

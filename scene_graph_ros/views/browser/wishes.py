@@ -1,4 +1,4 @@
-"""What a page asks for: what it shows, or that a joint moves. Anything else is rubbish."""
+"""Requests of a page: its choice of things to show, or a joint's motion. All else is rubbish."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class WishError(ValueError):
 
 
 class Wish(NamedTuple):
-    """What a page shows."""
+    """A page's choice of things to show."""
 
     roles: tuple[Role, ...] | None = None
     """In the order of SHOWN_ROLES; None: the first of these that some geometry has."""
@@ -41,10 +41,10 @@ class Move(NamedTuple):
 
 
 def parse_wish(text: str) -> Wish | Move:
-    """Return what a page says.
+    """Return the request in a page's message.
 
     ``{"roles": ["illustration"] or null, "contacts": true, "camera": ""}`` or ``{"robot": "arm",
-    "joint": "elbow", "position": 0.5}``. Raises WishError for whatever is not exactly that.
+    "joint": "elbow", "position": 0.5}``. Raises WishError for anything else.
     """
     try:
         content = json.loads(text)
