@@ -1,7 +1,7 @@
 """Anything ROS: the node that wires the geometry core to topics, services and parameters.
 
-Only this folder imports rclpy. ``world`` keeps what is known, ``effects`` publish it, ``services``
-answer requests, and ``runtime`` is what all of them run on; ``server`` puts them together.
+Only this folder imports rclpy. ``world`` keeps the model and its poses, ``effects`` publish them,
+``services`` answer requests, and ``runtime`` carries all three; ``server`` puts them together.
 ``runtime.parameters``, its checks and ``runtime.names`` can be read without rclpy. To embed the
 node in a program: ``from scene_graph_ros.node import SceneGraphNode``, which imports it.
 """

@@ -1,4 +1,4 @@
-"""What /diagnostics says: rates and ages per source, latency, drops, and each effect's time."""
+"""The /diagnostics messages: rates and ages per source, latency, drops, and each effect's time."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class Monitor:
 
 
 class Diagnostics:
-    """Builds the diagnostics message; remembers what it said last to tell what is new."""
+    """Builds the diagnostics message; remembers the last one, and so tells new faults apart."""
 
     def __init__(self, name: str) -> None:
         self._name = name
@@ -137,8 +137,8 @@ class Diagnostics:
     ) -> DiagnosticStatus:
         """Return the entry of a source's topic; ``now`` is steady time, ``max_age`` seconds.
 
-        ``noun`` is what comes on the topic, such as "poses" or "configurations"; ``parts`` what
-        is said of the parts of the source.
+        ``noun`` is the content of the topic, such as "poses" or "configurations"; ``parts`` are
+        the entries of the source's parts.
         """
         parts = Parts({}) if parts is None else parts
         is_pose = noun != "configurations"
@@ -202,7 +202,7 @@ _LEVELS = {
 
 
 def troubles_of(message: DiagnosticArray) -> tuple[Trouble, ...]:
-    """Return what is not as it should be, without the node's own name."""
+    """Return the entries that warn or worse, without the node's own name."""
     return tuple(
         Trouble(_LEVELS[status.level], status.name.partition(": ")[2], status.message)
         for status in message.status

@@ -1,4 +1,4 @@
-"""What /diagnostics says of the parts of a source: a robot's joints, and what TF leaves out."""
+"""Diagnostics of the parts of a source: a robot's joints, and links missing from TF."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _MOST_NAMED = 5
 
 
 class Parts(NamedTuple):
-    """Entries of a source's diagnostics, and in words why it is stale, or what is wrong."""
+    """Entries of a source's diagnostics, and in words why it is stale or wrong."""
 
     values: dict[str, Any]
     stale: str = ""
@@ -24,7 +24,7 @@ class Parts(NamedTuple):
 
 
 def parts_of(channel: Any, now: int, moment: int, max_age: float) -> Parts:
-    """Return what a channel knows beside counts.
+    """Return the parts that a channel knows beside its counts.
 
     ``now`` is steady time, ``moment`` the node's, nanoseconds; ``max_age`` seconds, 0 for none.
     """

@@ -34,7 +34,7 @@ __all__ = ["DiagnosticsTopic", "Watched"]
 
 
 class Watched(NamedTuple):
-    """What the diagnostics are about."""
+    """The objects that the diagnostics report on."""
 
     world: World
     inputs: list[Inputs[Any]]
@@ -45,7 +45,7 @@ class Watched(NamedTuple):
 
 
 class DiagnosticsTopic:
-    """Publishes what is wrong and what is going on; advertised between `open` and `close`."""
+    """Publishes faults and figures of the node; advertised between `open` and `close`."""
 
     def __init__(self, node: GuardedNode, parameter: Callable[[str], Any]) -> None:
         """Make the timer, which is never destroyed while an executor may be waiting for it."""
@@ -115,7 +115,7 @@ class DiagnosticsTopic:
                 self.troubles = troubles_of(message)
 
     def _notes_on_meshes(self, snapshot: Any) -> str:
-        """Return how many meshes are no solids and why one is not; found once per scene."""
+        """Return the number of meshes that are no solids, and a reason; found once per scene."""
         version, text = self._meshes
         if version != snapshot.scene_version:
             notes = mesh_notes(snapshot.inspector)
@@ -173,7 +173,7 @@ class DiagnosticsTopic:
 
 
 def _claims(world: World) -> dict[str, str]:
-    """Return which sources may be claimed, and which were, where there are such."""
+    """Return the sources that may be claimed, and those that were, where there are such."""
     handles = world.handles
     words = {Claim.OPEN: "sources that the first may claim", Claim.TAKEN: "sources claimed"}
     named = {

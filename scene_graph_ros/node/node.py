@@ -19,8 +19,8 @@ __all__ = ["SceneGraphNode"]
 class SceneGraphNode(GuardedNode):
     """A geometry world as a ROS node.
 
-    By default it configures and activates itself, and the lifecycle services are there for those
-    who want them; with the parameter ``autostart`` false it waits for a lifecycle manager.
+    By default it configures and activates itself, and offers the lifecycle services, too; with
+    the parameter ``autostart`` false it waits for a lifecycle manager.
     Inactive it answers services; active it also takes in poses and publishes.
 
     To embed it: pass ``context``, ``parameter_overrides`` or other options of ``rclpy.node.Node``

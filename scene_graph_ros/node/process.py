@@ -103,7 +103,7 @@ def _serve(ending: Ending, args: Sequence[str]) -> int:
 
 
 def _usage() -> argparse.ArgumentParser:
-    """Return what explains the command: all its arguments are ROS's."""
+    """Return the parser of the command, which explains it: all its arguments are ROS's."""
     lines = [
         f"  {p.name:32} {p.description} Default: {p.default!r}{', read-only' * p.read_only}."
         for p in PARAMETERS

@@ -98,7 +98,7 @@ class Server:
 
     @property
     def troubles(self) -> tuple[Trouble, ...]:
-        """What was not as it should be when diagnostics were last shown in a browser."""
+        """Faults in the diagnostics that a browser was last shown."""
         return self._diagnostics.troubles
 
     def parameter(self, name: str) -> Any:
@@ -122,7 +122,7 @@ class Server:
         self._loop.topics_changed()
 
     def lack_of_kernels(self, group: str) -> str:
-        """Say what is being done where a group's kernels are not ready; "" where they are."""
+        """Return a sentence about a group's kernels that are not ready; "" where they are."""
         return self._kernels.lack(group)
 
     def request_update(self) -> None:
@@ -161,7 +161,7 @@ class Server:
         return self._regions
 
     def regions(self) -> KeptRegions:
-        """Return what keeps regions, made when it is first asked for."""
+        """Return the kept regions, made when they are first asked for."""
         from scene_graph_ros.node.world.kept_regions import KeptRegions
 
         with self._regions_lock:
@@ -319,7 +319,7 @@ class Server:
             self._end_recording()
 
     def stop(self) -> None:
-        """End whatever is going on, in any state."""
+        """End all activity, in any state."""
         self.deactivate()
         self.clean_up()
 

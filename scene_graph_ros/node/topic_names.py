@@ -1,4 +1,4 @@
-"""What topics of sources may be called: names that ROS allows, each of one type, none the node's.
+"""Names of sources' topics: those that ROS allows, each of one type, none the node's.
 
 Nothing of ROS is imported, so that files can be checked without it.
 """

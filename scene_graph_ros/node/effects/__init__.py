@@ -1,1 +1,1 @@
-"""Effects: what the node can compute and publish, each only while something asks for it."""
+"""Effects: answers and messages of the node, each only while something asks for it."""

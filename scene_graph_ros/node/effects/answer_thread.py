@@ -45,7 +45,7 @@ class AnswerThread:
     def ask(self, snapshot: WorldSnapshot, seconds: float) -> Any | None:
         """Return the answer about a snapshot, None where it takes longer than some seconds.
 
-        None at once while an earlier snapshot is being looked at. Raises what the question does.
+        None at once while an earlier snapshot is being looked at. Raises the question's errors.
         """
         job = self._job
         if job is not None and not self._take(job):
@@ -60,12 +60,12 @@ class AnswerThread:
         return self.newest.answer
 
     def seconds(self) -> float:
-        """Return how long the last answer took, or how long one is being looked for by now."""
+        """Return the time (s) of the last answer, or of the present one up to now."""
         job = self._job
         return self._seconds if job is None else time.monotonic() - job.begin
 
     def close(self) -> None:
-        """End the thread, after what it is at; nobody waits for it."""
+        """End the thread after its present question; nobody waits for it."""
         self._jobs.put(None)
         self._thread = None
 

@@ -90,7 +90,7 @@ class Browser:
         return self._view.wants_contacts()
 
     def prepare(self, snapshot: WorldSnapshot) -> None:
-        """Do nothing: what takes long is done in threads that nobody waits for."""
+        """Do nothing: slow work is done in threads that nobody waits for."""
 
     def has_work(self) -> bool:
         """Tell whether a page is open."""
@@ -148,15 +148,15 @@ class Browser:
         return ""
 
     def recent_seconds(self) -> list[float]:
-        """Return how long the last messages took to make."""
+        """Return the times (s) that the last messages took to make."""
         return self._view.recent_seconds()
 
     def count(self) -> int:
-        """Return how many messages were made."""
+        """Return the number of messages made."""
         return self._view.count()
 
     def counters(self) -> Mapping[str, Any]:
-        """Return the address, how many pages are open, and what they were sent."""
+        """Return the address, the number of open pages, and counts of messages to them."""
         moved = {} if self._joints is None else {"joints moved": self._joints.moved}
         opened = {} if self._file is None else {"opened with its token by": str(self._file)}
         return {**self._view.counters(), **opened, **moved}

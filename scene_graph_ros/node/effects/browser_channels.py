@@ -1,4 +1,4 @@
-"""What clients of the view in a browser are offered: the node's own topics.
+"""Channels for clients of the view in a browser: the node's own topics.
 
 Imported only where the parameter `browser` asks for it.
 """
@@ -31,7 +31,7 @@ _PERIOD = 0.5
 def open_channels(
     node: Node, wanted: Callable[[], None], newest: Callable[[], WorldSnapshot]
 ) -> Channels:
-    """Return what each topic of ``node`` is to be offered in; ``wanted`` asks for an update.
+    """Return the channels of the topics of ``node``; ``wanted`` asks for an update.
 
     Files of meshes are offered, too, of the ``newest`` snapshot's scene.
     """
@@ -70,7 +70,7 @@ class _NewestAssets:
 
 
 def _addressing() -> Callable[[Path], str]:
-    """Return what returns the address of a mesh's file, as markers have it."""
+    """Return the function from a mesh's file to its address in markers."""
     # Only clients that ask for files need it.
     from msg_adapters.meshes import resource_uri
     from scene_graph_ros.node.effects.markers import package_shares

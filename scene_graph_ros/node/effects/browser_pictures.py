@@ -1,4 +1,4 @@
-"""What cameras see as files, for pages that ask; imported when one first does."""
+"""Images of cameras as files, for pages that ask; imported when one first does."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A camera: images of the newest snapshot, in a thread of its own, for those who listen.
+"""A camera: images of the newest snapshot, in a thread of its own, for subscribers.
 
 Imported only while the scene has a camera, and once the kernels of cameras are compiled.
 """
@@ -47,14 +47,14 @@ class _Transforms(NamedTuple):
 
 
 class CameraEffect:
-    """Publishes what one camera offers, of one snapshot with one stamp at a time.
+    """Publishes the topics of one camera, of one snapshot with one stamp at a time.
 
-    Who listens decides what is rendered. What goes wrong turns this camera off, and nothing else,
+    Images are rendered for subscribers alone. An error turns this camera off, and nothing else,
     until the scene changes.
     """
 
     def __init__(self, host: Host, camera: CameraDescription) -> None:
-        """Advertise what ``camera`` offers."""
+        """Advertise the topics of ``camera``."""
         self._host, self._camera = host, camera
         self._topics = open_topics(host, camera)
         self._transforms = _Transforms.open(host)
@@ -78,7 +78,7 @@ class CameraEffect:
         return self.is_heard()
 
     def prepare(self, snapshot: WorldSnapshot) -> None:
-        """Do nothing: what takes long is done in the camera's thread, which nobody waits for."""
+        """Do nothing: slow work is done in the camera's thread, which nobody waits for."""
 
     def update(self, snapshot: WorldSnapshot) -> None:
         """Hand the snapshot to the camera's thread."""
@@ -107,15 +107,15 @@ class CameraEffect:
         return self._stale
 
     def recent_seconds(self) -> list[float]:
-        """Return how long the last frames took, from the snapshot to what was published."""
+        """Return the times (s) of the last frames, from the snapshot to the messages."""
         return list(self._seconds)
 
     def count(self) -> int:
-        """Return how many frames were made."""
+        """Return the number of frames made."""
         return self._count
 
     def counters(self) -> Mapping[str, Any]:
-        """Return how many images were rendered, frames late, and messages published."""
+        """Return counts of images rendered, late frames, and messages published."""
         messages = {f"messages of {t.name.split('/', 3)[3]}": t.outlet for t in self._topics}
         return {
             "frames": self._count,

@@ -1,4 +1,4 @@
-"""What a camera sees at one moment: rendered and turned into messages when first asked for."""
+"""A camera's images of one moment: rendered and turned into messages when first asked for."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def parent_of(camera: CameraDescription, snapshot: WorldSnapshot) -> Any:
 
 
 class CameraFrame:
-    """One snapshot and the images of it, so that what does not change is rendered once."""
+    """One snapshot and its images, each rendered once."""
 
     def __init__(self, camera: CameraDescription, snapshot: WorldSnapshot) -> None:
         """Place the camera; raises UnknownIdError where its frame is gone."""

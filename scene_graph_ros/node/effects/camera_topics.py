@@ -1,4 +1,4 @@
-"""The topics of one camera: what each is made of, and how."""
+"""The topics of one camera, each with its images and its message."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ _FORM_OF = {
 
 @dataclass(frozen=True, eq=False)
 class CameraTopic:
-    """A topic, the images that its messages are made of, and who makes them."""
+    """A topic, the images that its messages are made of, and the function that makes these."""
 
     name: str
     outlet: Outlet
@@ -70,7 +70,7 @@ class _Pixels:
 
 
 def open_topics(host: Host, camera: CameraDescription) -> list[CameraTopic]:
-    """Advertise what a camera offers, where ``camera_topics`` says."""
+    """Advertise the topics of a camera, where ``camera_topics`` says."""
     topics: list[CameraTopic] = []
     try:
         topics.extend(_open(host, camera, name) for name in camera_topics(camera))

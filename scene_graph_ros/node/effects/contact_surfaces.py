@@ -38,7 +38,7 @@ class ContactSurfaces:
         return answer
 
     def counters(self, answer: tuple[Any, Any] | None) -> Mapping[str, Any]:
-        """Return how many surfaces and faces there are."""
+        """Return the numbers of surfaces and faces."""
         surfaces: Any = () if answer is None else answer[0]
         faces = len(surfaces.face_areas) if len(surfaces) else 0
         return {"surfaces": len(surfaces), "faces": faces}
@@ -68,7 +68,7 @@ class ContactSurfacesEffect:
         return self._markers.is_due() or self._points.is_due()
 
     def prepare(self, snapshot: WorldSnapshot) -> None:
-        """Do nothing: the surfaces are what takes long."""
+        """Do nothing: only the surfaces take long."""
 
     def update(self, snapshot: WorldSnapshot) -> None:
         """Publish the surfaces of ``snapshot``.
@@ -112,7 +112,7 @@ class ContactSurfacesEffect:
         self._points.close()
 
     def counters(self) -> Mapping[str, Any]:
-        """Return how often surfaces were published."""
+        """Return the number of times that surfaces were published."""
         return {
             "marker messages": self._markers.messages,
             "cloud messages": self._points.messages,

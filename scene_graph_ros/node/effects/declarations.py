@@ -1,4 +1,4 @@
-"""The one list of effects: what asks for each, what it computes and publishes, and which module.
+"""The one list of effects: the demand for each, its answer, its publisher, and its module.
 
 The module is imported when the effect is first asked for. Reading this list imports neither
 rclpy nor any effect.
@@ -49,9 +49,9 @@ __all__ = [
 
 @dataclass(frozen=True)
 class AnswerDeclaration:
-    """What an effect computes of snapshots, for itself and others to publish.
+    """An effect's answer about snapshots, for itself and others to publish.
 
-    ``question`` is ``module:class`` of what computes it. What ``is_slow`` is computed beside the
+    ``question`` is ``module:class`` of its code. An answer that ``is_slow`` is computed beside the
     updates, and published late where a scene is fine.
     """
 
@@ -64,12 +64,12 @@ class AnswerDeclaration:
 class EffectDeclaration:
     """One effect.
 
-    ``asked_by`` returns the sentence that says what asks for it, or "" where nothing does;
-    ``would_ask`` says what would. ``factory`` is ``module:class`` of what publishes, ``answer``
-    what the effect computes; with neither it is answers to requests, which the services compute.
+    ``asked_by`` returns a sentence about the demand for it, or "" where there is none;
+    ``would_ask`` names a demand. ``factory`` is ``module:class`` of its publisher, ``answer``
+    its answer; with neither it is answers to requests, which the services compute.
     ``needs`` names the answers, its own and others', that it publishes where they are there.
     ``kernels`` names the group of kernels that it needs beside the main job's: it is on when they
-    are compiled. ``argument``, if any, is what the class is told beside its host, and the effect
+    are compiled. ``argument``, if any, is passed to the class beside its host, and the effect
     is there as long as it is; ``switch`` is the name by which scene files switch it off, if not
     its own.
     """
@@ -87,7 +87,7 @@ class EffectDeclaration:
 
     @property
     def modules(self) -> tuple[str, ...]:
-        """What it imports when it is asked for, as ``module:class``."""
+        """Its imports on demand, as ``module:class``."""
         question = "" if self.answer is None else self.answer.question
         return tuple(name for name in (question, self.factory) if name)
 

@@ -12,14 +12,14 @@ __all__ = ["DeformableContact"]
 
 
 class DeformableContact:
-    """What deformable geometry touches, and where."""
+    """The contacts of deformable geometry."""
 
     def __call__(self, snapshot: WorldSnapshot) -> Any:
         """Return the contact surfaces, one for each pair."""
         return snapshot.ask(QueryObject.compute_deformable_contact)
 
     def counters(self, answer: Any) -> Mapping[str, Any]:
-        """Return how many surfaces and points there are."""
+        """Return the numbers of surfaces and points."""
         surfaces = () if answer is None else answer
         return {
             "surfaces": len(surfaces),

@@ -1,4 +1,4 @@
-"""What the markers of a role need where the role has deformable geometry."""
+"""Markers of a role's deformable geometry."""
 
 from __future__ import annotations
 

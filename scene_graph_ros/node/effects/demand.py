@@ -1,4 +1,4 @@
-"""What may ask for effects, and counts of what does."""
+"""The demand for effects: scene, requests and parameters."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def _no_parameter(name: str) -> Any:
 
 
 class Demand:
-    """Where effects look for what asks for them: a scene, requests so far, parameters.
+    """The places of demand for effects: a scene, requests so far, parameters.
 
     Nothing in here is about one effect: each asks its own question of the scene.
     """
@@ -33,7 +33,7 @@ class Demand:
     ) -> None:
         """``inspector`` introspects the model, ``requests`` counts those of each query.
 
-        ``kept`` counts what the node keeps beside the scene, by what it is. ``cameras`` are
+        ``kept`` counts the node's other possessions, such as regions, by kind. ``cameras`` are
         the names of the scene's cameras; ``parameter`` returns the value of one of the node's.
         """
         self._inspector = inspector
@@ -42,7 +42,7 @@ class Demand:
         self.kept = kept
 
     def count(self, count: Callable[..., int], *arguments: Hashable) -> int:
-        """Return how many there are of what ``count`` counts with an inspector, counted once."""
+        """Return the result of ``count``, which gets an inspector; counted once."""
         key = (count, arguments)
         if key not in self._counts:
             self._counts[key] = count(self._inspector, *arguments)

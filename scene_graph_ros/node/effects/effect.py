@@ -1,4 +1,4 @@
-"""What an effect that publishes has to offer, and what it gets from the node."""
+"""The interfaces between an effect that publishes and the node."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ __all__ = ["Effect", "Host", "Outlet", "WorksAlone"]
 
 
 class Host(Protocol):
-    """What the node offers to its effects."""
+    """The node as its effects see it."""
 
     node: Node
     group: CallbackGroup
@@ -43,7 +43,7 @@ class Host(Protocol):
 
     @property
     def troubles(self) -> tuple[Trouble, ...]:
-        """What the last diagnostics said that is not as it should be, while a page is open."""
+        """Entries of the last diagnostics that warn or worse, while a page is open."""
 
     def parameter(self, name: str) -> Any:
         """Return the value of a parameter of the node."""
@@ -55,13 +55,13 @@ class Host(Protocol):
         """Tell that there are other publishers than before."""
 
     def lack_of_kernels(self, group: str) -> str:
-        """Say what is being done where a group's kernels are not ready; "" where they are."""
+        """Return a sentence about a group's kernels that are not ready; "" where they are."""
 
     def request_update(self) -> None:
         """Ask for an update soon, also when no poses arrive."""
 
     def answer(self, name: str, snapshot: WorldSnapshot) -> Any | None:
-        """Return an answer about ``snapshot``, computed once for all who publish it.
+        """Return an answer about ``snapshot``, computed once for all its publishers.
 
         None where the effect that has it is off, where it is late, and where it failed, which is
         told under the name of that effect. To be called in an update.
@@ -84,10 +84,10 @@ class Effect(Protocol):
     """Publishes one thing, in the thread that updates the world."""
 
     def is_heard(self) -> bool:
-        """Tell whether anybody listens, for whom it is worth while to prepare."""
+        """Whether anybody listens, so that preparing is worth while."""
 
     def prepare(self, snapshot: WorldSnapshot) -> None:
-        """Do what takes long the first time for a scene that is going to be.
+        """Do slow first work for a scene before it counts.
 
         Called where it is heard, in the thread of an edit, beside updates; the answers that it
         needs are there by then.
@@ -97,23 +97,23 @@ class Effect(Protocol):
         """Tell whether somebody listens and it is time to publish."""
 
     def update(self, snapshot: WorldSnapshot) -> None:
-        """Publish what there is to say of a snapshot; called only when there is work."""
+        """Publish messages about a snapshot; called only when there is work."""
 
     def vanish(self, snapshot: WorldSnapshot) -> None:
-        """Take back what was published, before the effect ends."""
+        """Take back the published messages, before the effect ends."""
 
     def close(self) -> None:
         """Stop being advertised."""
 
     def counters(self) -> Mapping[str, Any]:
-        """Return how much work was done and how, for diagnostics and tests."""
+        """Return counts of the work done, for diagnostics and tests."""
 
 
 @runtime_checkable
 class WorksAlone(Protocol):
     """An effect that computes and publishes in a thread of its own.
 
-    Nobody else sees what goes wrong there, so it says so itself. An effect that fails is off until
+    Nobody else sees errors there, so it reports them itself. An effect that fails is off until
     the scene changes.
     """
 
@@ -121,17 +121,17 @@ class WorksAlone(Protocol):
         """Say why it is off, "" while it is not."""
 
     def stale(self) -> str:
-        """Say what it lost and waits for, "" while it has it."""
+        """Return a sentence about a lost object that it waits for, "" where none is lost."""
 
     def recent_seconds(self) -> list[float]:
-        """Return how long it took for each of its last frames."""
+        """Return the times (s) of its last frames."""
 
     def count(self) -> int:
-        """Return how many frames it made."""
+        """Return the number of frames made."""
 
 
 class Reader(Protocol):
-    """Who gets the messages of a topic beside its subscribers."""
+    """A reader of a topic's messages beside its subscribers."""
 
     def is_heard(self) -> bool:
         """Tell whether it wants messages."""
@@ -165,8 +165,8 @@ class Outlet:
     """A publisher that knows whether anybody listens and whether somebody new came.
 
     Readers that ask for volatile data, as viewers do by default, get nothing from a transient
-    local writer's past; so a new match is reported once through ``take_newcomers``. What such a
-    writer keeps may build on what it sent before: then none is to be lost, see ``Receipts``.
+    local writer's past; so a new match is reported once through ``take_newcomers``. Messages that
+    such a writer keeps may build on earlier ones: then none is to be lost, see ``Receipts``.
     """
 
     def __init__(
@@ -237,13 +237,13 @@ class Outlet:
         return str(self._publisher.topic_name)
 
     def is_heard(self) -> bool:
-        """Tell whether there are subscribers, or others who read."""
+        """Whether there are subscribers or other readers."""
         if any(reader.is_heard() for reader in self._readers):
             return True
         return self._publisher.get_subscription_count() > 0
 
     def is_due(self) -> bool:
-        """Tell whether there are subscribers who should get a message now."""
+        """Whether there are subscribers that should get a message now."""
         # What asks the middleware most comes last.
         return self.is_heard() and not self._is_early() and not self._is_on_its_way()
 

@@ -1,4 +1,4 @@
-"""An effect that follows snapshots in a thread of its own: two topics, told what has changed."""
+"""An effect that follows snapshots in a thread of its own: two topics with the changes."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _RECENT = 100
 
 
 class FollowingEffect(ABC, Generic[Followed]):
-    """Publishes what has become of something, and markers of it, for those who listen.
+    """Publishes the changed state of an object, and markers of it, for subscribers.
 
     It looks at the newest snapshot as often as markers may be published. Both topics are latched;
     each is told anew when it is in ``_untold``, or has a new subscriber.
@@ -59,7 +59,7 @@ class FollowingEffect(ABC, Generic[Followed]):
         return self.is_heard()
 
     def prepare(self, snapshot: WorldSnapshot) -> None:
-        """Do nothing: what takes long is done in a thread of its own."""
+        """Do nothing: slow work is done in a thread of its own."""
 
     def update(self, snapshot: WorldSnapshot) -> None:
         """Hand the snapshot to that thread."""
@@ -78,15 +78,15 @@ class FollowingEffect(ABC, Generic[Followed]):
         return self._failure
 
     def recent_seconds(self) -> list[float]:
-        """Return how long the last looks took."""
+        """Return the times (s) of the last looks."""
         return list(self._seconds)
 
     def count(self) -> int:
-        """Return how often something was other than before."""
+        """Return the number of changes."""
         return self._looks
 
     def counters(self) -> Mapping[str, Any]:
-        """Return how often something was other than before, and messages published."""
+        """Return counts of changes and of messages published."""
         return {
             self.counted: self._looks,
             "marker messages": self._markers.messages,
@@ -97,7 +97,7 @@ class FollowingEffect(ABC, Generic[Followed]):
 
     @abstractmethod
     def _follow(self, snapshot: WorldSnapshot) -> Followed | None:
-        """Look at a snapshot, and note in ``_untold`` what is to be told; None of nothing."""
+        """Look at a snapshot, and note unpublished topics in ``_untold``; None of nothing."""
 
     @abstractmethod
     def _message(self, followed: Followed) -> Any:

@@ -21,7 +21,7 @@ class Pace:
         self._due = float("-inf")
 
     def wait(self, now: float) -> float:
-        """Return how long it is until the next frame is due, 0 or less if it is."""
+        """Return the time (s) until the next frame is due, 0 or less if it is."""
         return self._due - now
 
     def take(self, now: float, offered: float) -> int:

@@ -91,7 +91,7 @@ class JointSliders:
         return self._refused
 
     def publish(self, snapshot: WorldSnapshot) -> None:
-        """Publish what pages asked for since the last call, within the joints' limits."""
+        """Publish the pages' requests since the last call, within the joints' limits."""
         with self._lock:
             wanted, self._wanted = self._wanted, {}
         if not wanted:

@@ -39,7 +39,7 @@ class Effects:
         declarations: Iterable[EffectDeclaration] = EFFECTS,
         lack: Callable[[str], str] = lambda group: "",
     ) -> None:
-        """``lack`` says what is being done where a group of kernels is not ready, and does it."""
+        """``lack`` has a group of kernels compiled; a sentence while it is not ready."""
         self._host = host
         self._lack = lack
         self._lock = threading.RLock()
@@ -64,7 +64,7 @@ class Effects:
             self._is_open = True
 
     def switch_off(self, names: Iterable[str]) -> None:
-        """Keep effects off whatever asks for them; effects not named follow the scene again."""
+        """Keep effects off in spite of any demand; effects not named follow the scene again."""
         self._switched_off = frozenset(names)
         self._scene_version = -1
 
@@ -89,7 +89,7 @@ class Effects:
         self._scene_version = -1
 
     def prepare(self, snapshot: WorldSnapshot) -> None:
-        """Do beforehand what takes long for a scene that is going to be; in the edit's thread."""
+        """Do slow work for a scene before it counts; in the edit's thread."""
         between_steps()
         demand = self._demand_of(snapshot)
         coming = [
@@ -157,7 +157,7 @@ class Effects:
         return False
 
     def update(self, snapshot: WorldSnapshot, due: Iterable[EffectState] | None = None) -> None:
-        """Let effects publish what there is to say of a snapshot.
+        """Let effects publish their messages about a snapshot.
 
         They are those that were ``due``, unless the scene is another by now, or none were given:
         then those that are due for ``snapshot``.
@@ -190,7 +190,7 @@ class Effects:
 
     @contextmanager
     def _isolated(self, state: EffectState) -> Iterator[None]:
-        """Keep what goes wrong with one effect from the others: count it, and tell of it."""
+        """Keep the errors of one effect from the others: count and report them."""
         try:
             yield
         except Exception as error:  # noqa: BLE001 - one effect never costs another
@@ -201,7 +201,7 @@ class Effects:
                 self._host.node.get_logger().error(f"effect {state.declaration.name} failed:{why}")
 
     def answer(self, name: str, snapshot: WorldSnapshot) -> Any | None:
-        """Return an answer about ``snapshot``, computed once for all who publish it.
+        """Return an answer about ``snapshot``, computed once for all its publishers.
 
         None where the effect that has it is off, where it is late, and where it failed, which is
         told under the name of that effect. To be called in an update.
@@ -232,7 +232,7 @@ class Effects:
         return state.effect if state.is_on else None
 
     def require(self, name: str, otherwise: str) -> None:
-        """Raise OSError, which says what can be done, where an effect could not do its work."""
+        """Raise OSError, with a remedy, where an effect could not do its work."""
         problem = self._states[name].failure
         if problem:
             raise OSError(f"{problem}; {otherwise}")
@@ -257,7 +257,7 @@ class Effects:
             ]
 
     def _demand_of(self, snapshot: WorldSnapshot) -> Demand:
-        """Return what may ask for effects; what they count is counted once for each scene."""
+        """Return the demand for effects; its counts are made once for each scene."""
         version, demand = self._demanded
         if version != snapshot.scene_version:
             demand = Demand(

@@ -1,4 +1,4 @@
-"""Markers of the geometries of a role, in the world: all at first, then what moved."""
+"""Markers of the geometries of a role, in the world: all at first, then the moved ones."""
 
 from __future__ import annotations
 
@@ -82,9 +82,9 @@ class RoleMarkers:
         return self._outlet.is_due()
 
     def update(self, snapshot: WorldSnapshot) -> None:
-        """Publish all markers to newcomers, else deletions and what moved; nothing if none.
+        """Publish all markers to newcomers, else deletions and moved ones; nothing if none.
 
-        A viewer that has missed messages may show what is gone: it is made to start over.
+        A viewer that has missed messages may show removed items: it is made to start over.
         """
         starts_over = self._outlet.take_missed()
         is_whole = self._outlet.take_newcomers() or starts_over
@@ -120,7 +120,7 @@ class RoleMarkers:
         self._ready = self._make_ready(snapshot)
 
     def _make_ready(self, snapshot: WorldSnapshot) -> _Ready:
-        """Make the markers of a scene; what can't be shown is left out."""
+        """Make the markers of a scene; items that can't be shown are left out."""
         snapshot.query.snapshot.state.deformable_ids(self.ROLE)
         items, rows = self._items_of(snapshot), None
         between_steps()
@@ -133,7 +133,7 @@ class RoleMarkers:
         return _Ready(snapshot.scene_version, markers, rows)
 
     def _items_of(self, snapshot: WorldSnapshot) -> list[DrawItem]:
-        """Return what is to be shown; what is named as before is as before, by `SceneNames`."""
+        """Return the items to show; those of the same names are the same, by `SceneNames`."""
         names, known = snapshot.names, self._items
         ids = snapshot.query.snapshot.role_arrays(self.ROLE).ids.tolist()
         kept = {i: known[i] for i in ids if i in known and names.known_name(i) is known[i][0]}
@@ -154,7 +154,7 @@ class RoleMarkers:
         self._scene_version = snapshot.scene_version
 
     def _set_deformables(self, snapshot: WorldSnapshot) -> None:
-        """Show deformable geometry, too; what that takes is imported where there is some."""
+        """Show deformable geometry, too; its modules are imported where there is some."""
         if self._deformables is None and snapshot.query.snapshot.state.deformable_ids(self.ROLE):
             from scene_graph_ros.node.effects.deformable_markers import RoleDeformables
 
@@ -184,26 +184,26 @@ class RoleMarkers:
         self._outlet.close()
 
     def counters(self) -> Mapping[str, int]:
-        """Return how many markers were placed and messages published."""
+        """Return counts of markers placed and messages published."""
         return {"markers placed": self._placed, "messages": self._outlet.messages}
 
 
 class IllustrationMarkers(RoleMarkers):
-    """What people are to see."""
+    """Markers of the illustration role."""
 
     ROLE = Role.ILLUSTRATION
     TOPIC = MARKERS_ILLUSTRATION
 
 
 class ProximityMarkers(RoleMarkers):
-    """What collides, as it collides: meshes as their hulls unless they ask for triangles."""
+    """Markers of the proximity role: meshes as their hulls unless they ask for triangles."""
 
     ROLE = Role.PROXIMITY
     TOPIC = MARKERS_PROXIMITY
 
 
 class PerceptionMarkers(RoleMarkers):
-    """What simulated cameras see."""
+    """Markers of the perception role."""
 
     ROLE = Role.PERCEPTION
     TOPIC = MARKERS_PERCEPTION

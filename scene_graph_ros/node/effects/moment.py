@@ -1,4 +1,4 @@
-"""What the view in a browser is shown: a snapshot, and what touches in it."""
+"""The moment that the view in a browser shows: a snapshot and its contacts."""
 
 from __future__ import annotations
 
@@ -67,11 +67,11 @@ class SnapshotMoment(NamedTuple):
         return () if self.look is None else tuple(sorted(self.snapshot.cameras))
 
     def picture(self, camera: str) -> bytes:
-        """Return what a camera sees in the snapshot."""
+        """Return a camera's image of the snapshot."""
         return b"" if self.look is None else self.look(camera, self.snapshot)
 
     def slider_state(self) -> SliderState:
-        """Return where the joints are that may be moved."""
+        """Return the positions of the joints that may be moved."""
         where = {
             robot: dict(zip(record.kinematics.position_names, positions.tolist(), strict=True))
             for robot, record in self.snapshot.robots.robots.items()
@@ -81,7 +81,7 @@ class SnapshotMoment(NamedTuple):
         return SliderState(positions, self.refused)
 
     def contacts(self) -> Contacts:
-        """Return what touches: surfaces and the points beside them are of the same snapshot."""
+        """Return the contacts: surfaces and the points beside them are of the same snapshot."""
         if self.found is None:
             return Contacts(self.snapshot.ask(QueryObject.compute_point_pair_penetration))
         surfaces, points = self.found.answer

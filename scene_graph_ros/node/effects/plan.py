@@ -1,6 +1,6 @@
-"""The path that was planned last: shown, and proven again when what is around it has moved.
+"""The path that was planned last: shown, and proven again when its surroundings have moved.
 
-Imported when a path was first found. It works in a thread of its own, for those who listen.
+Imported when a path was first found. It works in a thread of its own, for subscribers.
 """
 
 from __future__ import annotations
@@ -103,6 +103,6 @@ class PlanEffect(FollowingEffect[_Followed]):
 
 
 def _verdict(proof: PathProof) -> tuple[Any, ...]:
-    """Return what the markers of a path show of a proof."""
+    """Return the parts of a proof that markers of a path show."""
     stop = proof.stop
     return proof.holds, None if stop is None else (stop.edge, stop.pair)

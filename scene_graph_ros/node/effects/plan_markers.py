@@ -1,4 +1,4 @@
-"""What is to be seen of a planned path: robots on their way, and the way of the tool.
+"""Markers of a planned path: robots along it, and the curve of the tool.
 
 The tool is the last link that the last of the moving joints carries.
 """
@@ -87,7 +87,7 @@ class PlanMarkers:
         return MarkerArray(markers=markers)
 
     def _ways(self, world: PathInWorld) -> list[Marker]:
-        """Return the tool's way by what is proven, and a trajectory's above it by speed."""
+        """Return the tool's curve, coloured by proven clearance, and above it by speed."""
         way = way_of(world)
         points = world.robots.tree.link_poses(way.configurations, [_tool(world)])[:, 0, :3, 3]
         lines = [self._line(world, "plan/way", points, way.proven / FAR, (_RED, _GREEN))]
@@ -155,7 +155,7 @@ def _speeds(way: PlanWay, points: NDArray[np.float64]) -> NDArray[np.float64] | 
 
 
 def _role(world: PathInWorld) -> Role:
-    """Return the role in which the robots are shown: what people see, else what collides."""
+    """Return the role in which the robots are shown: illustration, else proximity."""
     inspector, carried = world.snapshot.inspector, world.carried
     seen = inspector.get_all_geometry_ids(Role.ILLUSTRATION)
     is_seen = any(inspector.get_frame_id(each) in carried for each in seen)

@@ -19,7 +19,7 @@ __all__ = ["PathInWorld", "PathProof", "Stop"]
 
 
 class Stop(NamedTuple):
-    """What stops a path: where that is, which pair of geometries, and how deep."""
+    """An obstacle on a path: its place, the pair of geometries, and the depth."""
 
     edge: int
     at: float
@@ -94,7 +94,7 @@ class PathInWorld:
         return PathProof(True, "", min(free, default=0.0), None)
 
     def _leading(self) -> list[EdgeMeasure]:
-        """Return how far the edges before all is free are proven, from the start as it is."""
+        """Return the measures of the edges that lead out, from the start as it is."""
         curves = self.curves[: self.path.free_from]
         if not len(curves):
             return []

@@ -1,4 +1,4 @@
-"""A planned path in short pieces: where they end, what each is proven to keep, how fast it is."""
+"""A planned path in short pieces: their ends, proven clearances and speeds."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def _parts(
 
 
 def _proven(world: PathInWorld, pieces: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return what pieces ``(m, k, nq)`` are proven to keep from all but the robots, ``(m,)``."""
+    """Return the proven clearances ``(m,)`` of pieces ``(m, k, nq)`` from the world."""
     checker = world.checker.clone()
     result, rows = np.zeros(len(pieces)), np.arange(len(pieces))
     for padding in _PADDINGS:

@@ -53,7 +53,7 @@ class Penetrations:
         return snapshot.ask(QueryObject.compute_point_pair_penetration)
 
     def counters(self, answer: Any) -> Mapping[str, Any]:
-        """Return how many there are."""
+        """Return the number of contacts."""
         return {"penetrations": 0 if answer is None else len(answer)}
 
 
@@ -167,7 +167,7 @@ class PointContact:
         self._markers.close()
 
     def counters(self) -> Mapping[str, Any]:
-        """Return how often contacts were published."""
+        """Return the number of times that contacts were published."""
         return {
             "contact messages": self._contacts.messages,
             "marker messages": self._markers.messages,

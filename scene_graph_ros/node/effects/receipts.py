@@ -1,10 +1,10 @@
-"""Whether the readers of a topic have what was sent, without waiting for one that is stuck.
+"""Whether the readers of a topic have all messages, without waiting for one that is stuck.
 
 A topic that keeps its last few messages may lose one: where a reliable reader has not got it yet,
 and as many others were sent meanwhile, it is gone. So the sender waits - but the middleware only
 tells whether all readers have everything, and one that is stopped, or died without a word, would
 hold up all others. It is waited for once, shortly. Then it is left behind until it acknowledges
-again or is given up, and what it missed is to be made good.
+again or is given up, and its lost messages are to be made good.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What diagnostics say of a recording; the recording itself begins before there are effects."""
+"""Diagnostics of a recording; the recording itself begins before there are effects."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Record:
         return False
 
     def update(self, snapshot: WorldSnapshot) -> None:
-        """Do nothing: what goes on is recorded where it happens."""
+        """Do nothing: inputs and outputs are recorded where they pass."""
 
     def vanish(self, snapshot: WorldSnapshot) -> None:
         """Do nothing."""
@@ -50,9 +50,9 @@ class Record:
         return []
 
     def count(self) -> int:
-        """Return how many messages were recorded."""
+        """Return the number of messages recorded."""
         return 0 if self._recorder is None else self._recorder.counters()["messages"]
 
     def counters(self) -> Mapping[str, Any]:
-        """Return what was recorded, and where."""
+        """Return counts of the records, and the file."""
         return {} if self._recorder is None else self._recorder.counters()

@@ -1,6 +1,6 @@
-"""The regions that the node keeps: shown, and looked at again when what is around them has moved.
+"""The regions that the node keeps: shown, and checked again when their surroundings have moved.
 
-Imported when a region is first kept. It works in a thread of its own, for those who listen.
+Imported when a region is first kept. It works in a thread of its own, for subscribers.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class RegionsEffect(FollowingEffect[FollowedRegions]):
         self._publish(self._told, self._message(FollowedRegions(snapshot, {}, 0)))
 
     def stale(self) -> str:
-        """Say which regions are not free, or that this is not known."""
+        """Name the regions that are not free, or say that this is not known."""
         regions = self._host.kept_regions()
         return "" if regions is None else str(regions.stale())
 

@@ -29,7 +29,7 @@ class SlowAnswer(Answer):
         self._is_late = False
 
     def about(self, snapshot: WorldSnapshot) -> Any | None:
-        """Return the answer; None where it is late. Raises what the question does."""
+        """Return the answer; None where it is late. Raises the question's errors."""
         is_new = self.is_new(snapshot)
         self._sequence = snapshot.sequence
         answer = self._thread.ask(snapshot, self._patience())
@@ -42,7 +42,7 @@ class SlowAnswer(Answer):
         return self._thread.newest
 
     def seconds_beside(self) -> float:
-        """Return how long the last one took, or how long one is being looked for by now."""
+        """Return the time (s) of the last one, or of the present one up to now."""
         return self._thread.seconds()
 
     def counters(self) -> Mapping[str, Any]:

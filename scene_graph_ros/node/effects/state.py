@@ -1,4 +1,4 @@
-"""What is known of one effect: whether it is on and why, what it answers, takes and tells."""
+"""The state of one effect: whether it is on and why, its answer, its times, its warnings."""
 
 from __future__ import annotations
 
@@ -33,16 +33,16 @@ class Question(Protocol):
     """Finds something out about a snapshot; made without arguments when something asks for it."""
 
     def __call__(self, snapshot: WorldSnapshot) -> Any:
-        """Compute the answer, or return what others were answered about the same snapshot."""
+        """Compute the answer, or return the one about the same snapshot that is there already."""
 
     def counters(self, answer: Any) -> Mapping[str, Any]:
-        """Return how much there is in an answer, None before the first."""
+        """Return counts of an answer, None before the first."""
 
 
 class Answer:
     """The answer about the snapshot that was last asked about.
 
-    A question about another snapshot computes it, and waits; what fails is not tried again.
+    A question about another snapshot computes it, and waits; one that fails is not tried again.
     """
 
     def __init__(self, question: Question) -> None:
@@ -59,7 +59,7 @@ class Answer:
         return snapshot.sequence != self._sequence
 
     def about(self, snapshot: WorldSnapshot) -> Any | None:
-        """Return the answer; None where it is not there. Raises what the question does, once."""
+        """Return the answer; None where it is not there. Raises the question's errors, once."""
         if self.is_new(snapshot):
             self._sequence, self._answer = snapshot.sequence, None
             self._answer = self._compute(snapshot)
@@ -70,11 +70,11 @@ class Answer:
         return None
 
     def seconds_beside(self) -> float:
-        """Return how long it takes where nobody waits for all of that, else 0."""
+        """Return its time (s) where nobody waits for all of that, else 0."""
         return 0.0
 
     def counters(self) -> Mapping[str, Any]:
-        """Return how often it was computed, how exactly and at what cost, and how much it is."""
+        """Return counts of the answer, of its computations, their tier and their time."""
         seconds = list(self._seconds)
         return {
             "computed": self._computed,
@@ -103,12 +103,12 @@ class Answer:
 
 @dataclass(frozen=True)
 class EffectReport:
-    """What an effect is doing and why; times in seconds over recent updates.
+    """An effect's activity and its reason; times in seconds over recent updates.
 
-    A time is that of what the effect computes and of what it publishes, without what others
-    compute for it. ``failures`` counts what it could not do; ``failure`` says why, while it can't.
-    ``warning`` says that it takes too long, while it does, or what it waits for before it comes
-    on; ``stale`` what it lost that it is about.
+    A time is that of the effect's own answers and messages, without other effects' answers.
+    ``failures`` counts its failures; ``failure`` is the reason, while it fails. ``warning`` says
+    that it takes too long, while it does, or why it is not on yet; ``stale`` names the object
+    that it lost.
     """
 
     name: str
@@ -127,9 +127,9 @@ class EffectReport:
 
 @dataclass
 class EffectState:
-    """One effect, from its declaration to what it did in this update.
+    """One effect, from its declaration to its work in this update.
 
-    ``effect`` is what publishes, also while it lingers; ``answer`` is there only while it is on.
+    ``effect`` publishes, also while it lingers; ``answer`` is there only while it is on.
     """
 
     declaration: EffectDeclaration
@@ -150,7 +150,7 @@ class EffectState:
 
     @property
     def is_on(self) -> bool:
-        """Whether something asks for the effect, and what it needs is there."""
+        """Whether something asks for the effect, and its answers and kernels are there."""
         return bool(self.reason)
 
     def is_to_be_told(self) -> bool:
@@ -162,7 +162,7 @@ class EffectState:
         return True
 
     def begin_update(self) -> None:
-        """Count from here on what is done in one update."""
+        """Begin to count the work of one update."""
         self._spent, self._did_work, self._failed = 0.0, False, False
 
     def spend(self, seconds: float) -> None:
@@ -171,13 +171,13 @@ class EffectState:
         self._did_work = True
 
     def fail(self, error: Exception) -> None:
-        """Count what could not be done in this update."""
+        """Count a failure in this update."""
         self._failed = True
         self.failures += 1
         self.failure = f"{type(error).__name__}: {error}"
 
     def end_update(self, period: float) -> bool:
-        """Book what was done; tell whether it takes longer than ``period`` seconds.
+        """Book the work done; tell whether it takes longer than ``period`` seconds.
 
         That is how far contacts of anybody may be apart.
         """
@@ -214,7 +214,7 @@ class EffectState:
     ) -> EffectReport:
         """Describe it; ``resolve`` makes names of topics absolute.
 
-        ``lack`` says what is being done where a group of kernels is not ready.
+        ``lack`` returns a sentence about a group of kernels that is not ready.
         """
         seconds, count, failure, stale = list(self.seconds), self.count, self.failure, ""
         effect: object = self.effect

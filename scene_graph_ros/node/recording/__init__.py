@@ -1,1 +1,1 @@
-"""Recordings of what a node takes in and puts out; imported where the parameter asks for one."""
+"""Recordings of a node's inputs and outputs; imported where the parameter asks for one."""

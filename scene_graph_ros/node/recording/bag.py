@@ -114,7 +114,7 @@ class Bag:
         self._writer.close()
 
     def abort(self) -> None:
-        """Leave what is whole in the file, without an index: the disk takes no more."""
+        """Leave the whole messages in the file, without an index: the disk takes no more."""
         raw = self._storage.bio.raw
         raw.truncate(self._whole)
         raw.close()
@@ -133,7 +133,7 @@ class Bag:
 
 
 def _profile(qos: QoSProfile) -> Qos:
-    """Return a profile as rosbag2 keeps it, so that a player offers what the node did."""
+    """Return a profile as rosbag2 keeps it, so that a player offers the same."""
     latched = qos.durability == DurabilityPolicy.TRANSIENT_LOCAL
     forever = QosTime(9223372036, 854775807)
     return Qos(

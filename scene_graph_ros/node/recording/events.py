@@ -1,4 +1,4 @@
-"""What a recording says beside messages: the order of updates and edits, as JSON in a topic.
+"""Events of a recording beside messages: the order of updates and edits, as JSON in a topic.
 
 Each event is a ``std_msgs/String`` on `EVENTS`. With the messages between them they are all that
 the world depends on, so that a replay goes through the same states.

@@ -1,4 +1,4 @@
-"""What is recorded of a node: what it takes in, what it does with that when, what it puts out."""
+"""The recorder of a node: its inputs, the order of its updates and edits, its outputs."""
 
 from __future__ import annotations
 
@@ -97,8 +97,8 @@ class Tape:
 class Recorder:
     """Records one life of the node, from its configuration to its end.
 
-    Methods that say so are called with the world's lock held: what they record has the order in
-    which the world went through it.
+    Methods that say so are called with the world's lock held: their records have the order in
+    which the world went through them.
     """
 
     def __init__(self, node: Node, folder: str, most_bytes: int) -> None:
@@ -114,7 +114,7 @@ class Recorder:
         self.folder = folder
 
     def begin(self, parameters: Mapping[str, Any], scene: tuple[str, str], given: bool) -> None:
-        """Say what the node starts with, before it makes its world.
+        """Record the node's start, before it makes its world.
 
         ``scene`` is the file it loads and its text, ``given`` whether a program made the model.
         """
@@ -135,7 +135,7 @@ class Recorder:
         return SourceId.get_new_id().get_value()
 
     def tape(self, kind: Any, name: str, topic: str, qos: QoSProfile) -> Tape | None:
-        """Return what takes the messages of a topic, called ``name`` before it was resolved.
+        """Return the tape for the messages of a topic, called ``name`` before it was resolved.
 
         None for images and clouds of cameras, which can be made again from the rest.
         """
@@ -144,7 +144,7 @@ class Recorder:
         return Tape(self._spool, kind, topic, qos, self._leaves_out if name in _SAMPLES else None)
 
     def _leaves_out(self, topic: str, size: int) -> bool:
-        """Leave out what touches where that is too much, and say so in the recording."""
+        """Leave out contacts where these are too many, and say so in the recording."""
         if size > _MOST_SAMPLE:
             self._event("left_out", topic=topic, bytes=size)
         return size > _MOST_SAMPLE
@@ -175,7 +175,7 @@ class Recorder:
             self._event("input", source=source, noun=noun, topic=topic, data=text_of(data))
 
     def updated(self, limits: TimeLimits, snapshot: WorldSnapshot) -> None:
-        """Say that what came in so far was taken; with the world's lock held."""
+        """Record that all inputs so far were taken; with the world's lock held."""
         if not self._has_inputs and snapshot.sequence == self._sequence:
             return
         self._has_inputs, self._sequence = False, snapshot.sequence
@@ -217,7 +217,7 @@ class Recorder:
     def described(
         self, source: str, text: str, first_id: int, rehung: dict[int, list[float]]
     ) -> None:
-        """Take what a robot is from now on, as `edited` does; with the world's lock held."""
+        """Record a robot's new description, as `edited` does; with the world's lock held."""
         self._event("described", source=source, text=text, id=first_id, rehung=rehung)
 
     def accuracy_set(self, accuracy: str) -> None:
@@ -232,7 +232,7 @@ class Recorder:
         self._event("forget", after=after)
 
     def stopped(self) -> None:
-        """Say that nothing is taken in any more, and what waited is forgotten."""
+        """Record that nothing is taken in any more, and that waiting inputs are forgotten."""
         self._seen.clear()
         self._first.clear()
         self._event("stop")
@@ -250,7 +250,7 @@ class Recorder:
         return self._spool.end
 
     def counters(self) -> Mapping[str, Any]:
-        """Return what was recorded."""
+        """Return counts of the records."""
         spool = self._spool
         return {
             "folder": self.folder,

@@ -1,4 +1,4 @@
-"""The thread that writes a recording: who hands messages over never waits for the disk."""
+"""The thread that writes a recording: the node never waits for the disk."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _FLUSH_PERIOD = 0.5
 
 
 def _ignore(reason: str) -> None:
-    """Leave the reason to who asks for `Spool.failure`."""
+    """Leave the reason to `Spool.failure`."""
 
 
 class _Item(NamedTuple):
@@ -80,7 +80,7 @@ class Spool:
         return not (self._is_over or self._is_closing)
 
     def put(self, topic: str, kind: str, data: bytes, *, qos: QoSProfile | None = None) -> None:
-        """Take a message; safe from any thread. What finds no room is dropped and counted."""
+        """Take a message; safe from any thread. One that finds no room is dropped and counted."""
         with self._changed:
             if not self.is_open:
                 return
@@ -100,7 +100,7 @@ class Spool:
         self._waiting_bytes += len(data) + _OVERHEAD
 
     def close(self) -> None:
-        """Write what waits, and the index."""
+        """Write the waiting messages and the index."""
         with self._changed:
             self._is_closing = True
             self._changed.notify()
@@ -124,7 +124,7 @@ class Spool:
             self._fail(error)
 
     def _write(self) -> None:
-        """Write what waits, up to the limit."""
+        """Write the waiting messages, up to the limit."""
         while self._waiting:
             with self._changed:
                 item = self._waiting.popleft()

@@ -1,1 +1,1 @@
-"""What the rest of the node runs on: threads, topics, names, parameters, the process's end."""
+"""The base of the node: threads, topics, names, parameters, the process's end."""

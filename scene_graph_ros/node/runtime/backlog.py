@@ -25,7 +25,7 @@ class Work:
 
 
 class Backlog:
-    """Gives out work, some at once, of what is exclusive one at a time; safe from any thread."""
+    """Gives out work, several pieces at once, exclusive ones in turn; safe from any thread."""
 
     def __init__(self, *, at_once: int, most_requests: Callable[[], int], most_bytes: int) -> None:
         """Have ``at_once`` done together, and so many requests waiting of so many bytes."""
@@ -70,9 +70,9 @@ class Backlog:
             self._bytes += more
 
     def take(self) -> Work | None:
-        """Return what is to be done next; None where nothing may begin now.
+        """Return the next work; None where nothing may begin now.
 
-        Whoever takes it calls ``done`` at its end.
+        At its end, call ``done``.
         """
         with self._lock:
             if self._running >= self._at_once:

@@ -30,7 +30,7 @@ _SET = "set"
 
 
 def descriptor(parameter: Parameter) -> ParameterDescriptor:
-    """Return what a node tells others about a parameter."""
+    """Return a parameter's descriptor."""
     text = parameter.description
     if parameter.choices:
         text += f" One of: {', '.join(parameter.choices)}."
@@ -68,7 +68,7 @@ class NodeParameters:
     """The node's parameters: declared, validated together, and read without a lock."""
 
     def __init__(self, node: Node) -> None:
-        """Declare all parameters; raises ValueError listing what is wrong with their values."""
+        """Declare all parameters; raises ValueError with all faults of their values."""
         self._numbers = {p.name for p in PARAMETERS if isinstance(p.default, float)}
         overrides = node._parameter_overrides
         overrides.update({p.name: p for p in self._as_numbers(list(overrides.values()))})

@@ -92,7 +92,7 @@ class Ending:
         self._leave(number, f"{self.timeout} s are over")
 
     def _allowed(self, before: dict[str, float]) -> float:
-        """Return how many seconds the end may take: what a busy machine withholds is added."""
+        """Return the seconds that the end may take, with those that a busy machine withholds."""
         withheld = max((now - before.get(k, 0.0) for k, now in delays().items()), default=0.0)
         return self.timeout + min(withheld, (_MOST_TIMES - 1.0) * self.timeout)
 
@@ -115,7 +115,7 @@ class Ending:
 
 
 def delays(tasks: Path = _TASKS) -> dict[str, float]:
-    """Return how long each thread could run and had no processor, by its number, in seconds.
+    """Return the time (s) that each thread could run and had no processor, by its number.
 
     Empty where the system does not say so.
     """
@@ -129,7 +129,7 @@ def delays(tasks: Path = _TASKS) -> dict[str, float]:
 
 
 def _leave_it_to_the_watcher(number: int, frame: FrameType | None) -> None:
-    """Do nothing: that there is a handler is what makes the interpreter write to the pipe."""
+    """Do nothing: the interpreter writes to the pipe because there is a handler."""
 
 
 def _what_threads_do() -> Iterator[str]:

@@ -1,9 +1,9 @@
-"""When Python looks for garbage: never while a scene is being made, nor in what has come to stay.
+"""When Python looks for garbage: never while a scene is being made, nor in lasting objects.
 
 The collector stops all threads for as long as it looks, a microsecond per object: for a third of a
 second, again and again, while a scene of thousands of frames is read. So the node's process keeps
-it away from what there is after the start, and from what large changes of the scene add. It still
-looks through all else; and what nothing refers to any more goes at once, without it.
+it away from the objects of the start, and from those that large changes of the scene add. It still
+looks through all else; and objects without references go at once, without it.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ LARGE = 20_000
 
 
 def keep_what_is_there() -> None:
-    """Look for garbage once, and then never again in what is left; for a process of the node's."""
+    """Look for garbage once, and then never again in the rest; for a process of the node's."""
     gc.collect()
     gc.freeze()
 
@@ -31,7 +31,7 @@ def look_at_all_again() -> None:
 
 @contextmanager
 def at_rest() -> Iterator[None]:
-    """Let nothing be looked for meanwhile; what is many objects then is taken as come to stay.
+    """Keep the collector off meanwhile; many new objects at the end count as lasting.
 
     Nothing is changed in a process that has not begun so: it may be another program's.
     """

@@ -60,7 +60,7 @@ class Goal:
 
     @property
     def is_cancelled(self) -> bool:
-        """Whether it is to be ended; for who works on it to look at."""
+        """Whether it is to be ended; the work on it has to look."""
         return self.status == GoalStatus.STATUS_CANCELING
 
     @property
@@ -80,7 +80,7 @@ class Goal:
 
 
 class Work(NamedTuple):
-    """What is done with goals."""
+    """The work on goals."""
 
     do: Callable[[Goal], GoalEnd]
     """Returns the end of a goal, looks now and then whether it was cancelled, raises nothing."""
@@ -172,7 +172,7 @@ class Goals:
                 goal.asking.append(respond)
 
     def close(self) -> None:
-        """Cancel all goals, answer those who wait for them, and end."""
+        """Cancel all goals, answer their clients, and end."""
         with self._lock:
             self._is_closed = True
             self._cancel([goal for goal in self._goals.values() if not goal.has_ended])
@@ -180,7 +180,7 @@ class Goals:
         if thread is not None and thread is not threading.current_thread():
             thread.join()
 
-    # What is done with goals.
+    # The work on goals.
 
     def _begin(self) -> None:
         # A daemon that is stopped at exit: a program which forgets its node can end.

@@ -1,8 +1,8 @@
 """A lifecycle node of which no message can end the executor that spins it.
 
-rclpy raises out of an executor what a callback raises, and some requests to the services that it
-offers for every node make its own callbacks raise. So each of them is answered here, in whichever
-executor the node is: what can't be done is refused with the reason.
+rclpy raises a callback's error out of the executor, and some requests to the services that it
+offers for every node make its own callbacks raise. So each of them is answered here, in any
+executor: a request that can't be served is refused with the reason.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class GuardedNode(LifecycleNode):
     def create_subscription(
         self, msg_type: Any, topic: str, callback: Callable[..., Any], *args: Any, **options: Any
     ) -> Any:
-        """Subscribe; of clocks only what can be a time is handed on."""
+        """Subscribe; of clocks only valid times are handed on."""
         if msg_type is Clock:
             callback = self._possible_clocks(callback)
         return super().create_subscription(msg_type, topic, callback, *args, **options)
@@ -67,12 +67,12 @@ class GuardedNode(LifecycleNode):
         self._state_machine.destroy_when_not_in_use()
 
     def wake_executor(self) -> None:
-        """Let the executor look again at what it waits for, and for how long."""
+        """Let the executor look again at the objects that it waits for, and for how long."""
         if self.executor is not None:
             self.executor.wake()
 
     def survives(self, what: str, callback: Callable[[], None]) -> Callable[[], None]:
-        """Return a callback that says in the log what ``callback`` raises, calling it ``what``."""
+        """Return a callback that logs the errors of ``callback`` under this name."""
 
         def guarded() -> None:
             try:
@@ -88,7 +88,7 @@ class GuardedNode(LifecycleNode):
         )
 
     def _answered(self, service: Any, answer: Callable[[Any, Any], Any]) -> Callable[..., Any]:
-        """Return what answers each request of a service, with nothing done where it fails."""
+        """Return a callback that answers each request of a service; a failure has no effect."""
 
         def guarded(request: Any, response: Any) -> Any:
             try:
@@ -100,7 +100,7 @@ class GuardedNode(LifecycleNode):
         return guarded
 
     def _sent(self, name: str, send: Callable[[Any, Any], None]) -> Callable[[Any, Any], None]:
-        """Return what sends the responses of a service, also to whom discovery still misses."""
+        """Return a function that sends responses, also to clients that are not discovered yet."""
         late = self._late_responses
         return lambda response, header: late.send(name, functools.partial(send, response, header))
 

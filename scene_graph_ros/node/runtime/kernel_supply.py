@@ -1,7 +1,7 @@
-"""Kernels of what is not the main job, compiled when something first asks for it.
+"""Kernels beside those of the main job, compiled when something first asks for them.
 
 That takes half a minute or more, so it is done in a process of its own, beside everything else.
-Where kernels can't be kept, or that process fails, whoever calls one compiles it in this process.
+Where kernels can't be kept, or that process fails, a call of one compiles it in this process.
 """
 
 from __future__ import annotations
@@ -47,9 +47,9 @@ class KernelSupply:
         self._progress: dict[str, Progress | None] = {}
 
     def lack(self, group: str) -> str:
-        """Say what is being done where a group's kernels are not ready; "" where they are.
+        """Return a sentence about a group's kernels that are not ready; "" where they are.
 
-        "" is the group of what needs none but the main ones. The first call has them compiled.
+        "" is the group of the main kernels. The first call has the group compiled.
         """
         if not group or group in self._ready:
             return ""

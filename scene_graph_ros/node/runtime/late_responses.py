@@ -3,7 +3,7 @@
 A request can come before discovery has told of the reader that its response is for: on a busy
 machine the two are more than a tenth of a second apart. Fast DDS then says that nobody would get
 the response, and rclpy warns and throws it away. Here it is kept and sent again until its client
-is known: that is what the middleware's return value is for, say its authors (rmw_fastrtps, pull
+is known: the middleware's return value is meant for that, say its authors (rmw_fastrtps, pull
 request 467).
 """
 
@@ -55,13 +55,13 @@ class _Late:
 
 
 class LateResponses:
-    """Sends responses of services, and again what could not be sent; safe from any thread.
+    """Sends responses of services, and again those that failed; safe from any thread.
 
     Its thread runs only while a response waits for its client.
     """
 
     def __init__(self, warn: Callable[[str], None], *, patience: float = _PATIENCE) -> None:
-        """Tell ``warn`` of what is given up after ``patience`` seconds."""
+        """Tell ``warn`` of a response that is given up after ``patience`` seconds."""
         self._warn, self._patience = warn, patience
         self._changed = threading.Condition()
         self._kept: list[_Late] = []
@@ -91,7 +91,7 @@ class LateResponses:
             self._give_up(late, f"{_MOST_KEPT} others wait for theirs already")
 
     def close(self) -> None:
-        """Forget what waits."""
+        """Forget the waiting responses."""
         with self._changed:
             self._is_closed = True
             self._changed.notify()

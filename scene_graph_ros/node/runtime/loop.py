@@ -2,8 +2,8 @@
 
 It waits for pose topics, and events of topics, in a wait set of its own: the executors of rclpy
 rebuild theirs, with every service and timer of the node, for each single callback, and wake for
-each message of a topic whose events they wait for. So what the loop waits for is in a callback
-group that gives executors nothing to do.
+each message of a topic whose events they wait for. So the loop's topics are in a callback group
+that gives executors nothing to do.
 """
 
 from __future__ import annotations
@@ -34,10 +34,10 @@ _PAUSE_AFTER_ERROR = 0.1
 
 
 class OwnThreadGroup(MutuallyExclusiveCallbackGroup):
-    """Keeps executors away from what other threads wait for."""
+    """Keeps executors away from objects that other threads wait for."""
 
     def add_entity(self, entity: Any) -> None:
-        """Remember nothing: a list of what comes and goes would grow as long as the node runs."""
+        """Remember nothing: a list of entities would grow as long as the node runs."""
 
     def can_execute(self, entity: Any) -> bool:
         """Tell whether an executor may wait for ``entity``: never."""
@@ -45,7 +45,7 @@ class OwnThreadGroup(MutuallyExclusiveCallbackGroup):
 
 
 class Topic(Protocol):
-    """What the loop takes messages from."""
+    """A topic that the loop takes messages from."""
 
     subscription: Any
 
@@ -57,7 +57,7 @@ class Topic(Protocol):
 
 
 class UpdateLoop:
-    """Calls ``update`` in its own thread, by a steady clock whatever time ROS has."""
+    """Calls ``update`` in its own thread, by a steady clock."""
 
     def __init__(
         self,
@@ -73,11 +73,11 @@ class UpdateLoop:
     ) -> None:
         """Update at ``max_rate`` at most while poses arrive, else at ``min_rate``, in Hz.
 
-        Messages are taken from ``topics()``; events of whatever is in ``group`` are handled. The
+        Messages are taken from ``topics()``; events of all entities of ``group`` are handled. The
         thread calls ``topics`` at its start and when they changed, and waits for nothing then: so
-        that is where to make and destroy what it waits for. Nobody else may while it runs. It has
-        ``precedence`` but while it waits. What ``received()`` returns, asked when the topics
-        changed, is told of each message before its topic is.
+        entities of the group are made and destroyed there, and nowhere else while it runs. It has
+        ``precedence`` but while it waits. The function that ``received()`` returns, asked when
+        the topics changed, is told of each message before its topic is.
         """
         self._node, self._group = node, group
         self._update = update

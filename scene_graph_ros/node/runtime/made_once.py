@@ -14,8 +14,8 @@ T = TypeVar("T")
 class made_once(Generic[T]):  # noqa: N801 - stands where a decorator does
     """Make an attribute once; other threads that read it meanwhile wait for it.
 
-    `functools.cached_property` makes it once for each of them since Python 3.12: who writes into
-    one of these objects and reads the other finds nothing.
+    `functools.cached_property` makes it once for each of them since Python 3.12: writes into one
+    of these objects are missing in the other.
     """
 
     def __init__(self, make: Callable[[Any], T]) -> None:
@@ -23,7 +23,7 @@ class made_once(Generic[T]):  # noqa: N801 - stands where a decorator does
         self.__doc__ = make.__doc__
 
     def __set_name__(self, owner: type, name: str) -> None:
-        """Take the name under which instances keep what is made."""
+        """Take the name under which instances keep the value."""
         self._name = name
 
     @overload

@@ -29,7 +29,7 @@ class Namesakes:
 
     @property
     def problem(self) -> str:
-        """What is wrong, "" if nothing is."""
+        """The problem in a sentence, "" if there is none."""
         if not self.count:
             return ""
         return f"{self.count} more of the name '{self._node.get_fully_qualified_name()}'"

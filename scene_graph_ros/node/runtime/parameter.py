@@ -1,4 +1,4 @@
-"""One parameter of the node: its default, and what values it takes."""
+"""One parameter of the node: its default, and the values that it takes."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Parameter:
     """Whether nobody who asks is told its value."""
 
     def problem(self, value: Any) -> str | None:
-        """Say what is wrong with ``value`` for this parameter alone, or return None."""
+        """Return the fault of ``value`` for this parameter alone, or None."""
         if not _has_type(value, self.default):
             wanted = _TYPE_NAMES[type(self.default)]
             told = f"a value of type {type(value).__name__}" if self.is_secret else repr(value)

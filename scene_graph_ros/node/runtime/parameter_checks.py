@@ -15,7 +15,7 @@ _BY_NAME = {parameter.name: parameter for parameter in PARAMETERS}
 
 
 def validate(values: Mapping[str, Any], current: Mapping[str, Any] | None = None) -> list[str]:
-    """List what is wrong with ``values`` set together on top of ``current``; empty if nothing is.
+    """List the faults of ``values`` set together on top of ``current``; empty if there is none.
 
     ``current`` holds the values of the other parameters, their defaults where it is None.
     Names that this table does not know are wrong, too.

@@ -14,7 +14,7 @@ Path = tuple[str | int, ...]
 
 
 def sections_of(data: Any, path: Path = ()) -> Iterator[tuple[Path, Any]]:
-    """Yield each ``ros__parameters`` with its path, whatever namespaces it is in."""
+    """Yield each ``ros__parameters`` with its path, in any namespace."""
     if not isinstance(data, dict):
         return
     for key, value in data.items():

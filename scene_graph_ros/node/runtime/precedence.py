@@ -1,4 +1,4 @@
-"""Updates of the world go before what is computed beside them in Python.
+"""Updates of the world go before computations beside them in Python.
 
 Two threads that compute in Python at the same time share one interpreter. An update gives it up
 many times, whenever a kernel or the middleware goes on without it, and each time has to wait

@@ -52,9 +52,9 @@ def pose_qos(depth: int, *, is_reliable: bool = True, is_latched: bool = False) 
 
 
 def marker_qos() -> QoSProfile:
-    """Return the profile of markers: the newest messages are kept for those who come later.
+    """Return the profile of markers: the newest messages are kept for later subscribers.
 
-    And for those who have not got one yet, as what moved is told once: see ``Receipts``.
+    And for slow ones, as each motion is told once: see ``Receipts``.
     """
     return QoSProfile(
         history=HistoryPolicy.KEEP_LAST,
@@ -98,7 +98,7 @@ def image_qos() -> QoSProfile:
 
 
 def latched_qos() -> QoSProfile:
-    """Return the profile of what changes rarely: the newest is kept for those who come later."""
+    """Return the profile of rare messages: the newest is kept for later subscribers."""
     return QoSProfile(
         history=HistoryPolicy.KEEP_LAST,
         depth=1,

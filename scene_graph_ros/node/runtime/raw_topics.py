@@ -1,8 +1,8 @@
 """Subscriptions whose messages stay bytes, taken by the world's own thread.
 
-A topic has a volatile reader, which hears everybody. Once a publisher offers to repeat what it
-sent before (transient local), there is a second reader that asks for that, too: so a message that
-was published once is heard, whoever started first.
+A topic has a volatile reader, which hears everybody. Once a publisher offers to repeat its earlier
+messages (transient local), there is a second reader that asks for these, too: so a message that
+was published once is heard, also by a node that starts later.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _REMEMBERED_BYTES = 1 << 20
 
 
 class RawChannel(Protocol):
-    """What messages of one topic, or of some, are for."""
+    """The receiver of messages of one topic, or of some."""
 
     kind: Any
     record: Any
@@ -75,12 +75,12 @@ class Reader:
 
     @property
     def channel(self) -> RawChannel:
-        """What the messages are for."""
+        """The receiver of the messages."""
         return self.readers.channel
 
     @property
     def is_static(self) -> bool:
-        """Whether what comes now is static."""
+        """Whether the messages are static now."""
         return self.readers.is_static
 
     def counts(self, data: bytes) -> bool:
@@ -99,8 +99,8 @@ class Reader:
 class TopicReaders:
     """The readers of one topic of a channel.
 
-    ``is_static`` tells what its messages say: always, or where every publisher repeats its last
-    message to those who come later.
+    ``is_static`` tells whether its messages hold for good: always, or where every publisher
+    repeats its last message to later subscribers.
     """
 
     def __init__(self, channel: RawChannel, wanted: str, *, is_always_static: bool) -> None:
@@ -116,7 +116,7 @@ class TopicReaders:
         return iter([self.first] if self.latched is None else [self.first, self.latched])
 
     def offered(self, durabilities: list[Any]) -> bool:
-        """Take what the publishers offer; tell whether one of them repeats what it sent."""
+        """Note the publishers' offers; tell whether one of them repeats earlier messages."""
         latched = [each == DurabilityPolicy.TRANSIENT_LOCAL for each in durabilities]
         if latched:
             self.is_static = self._is_always_static or all(latched)
@@ -128,7 +128,7 @@ def _never(data: bytes) -> None:
 
 
 class RawTopics:
-    """Subscribes; takes what best effort publishers offer where that is all there is.
+    """Subscribes; takes messages of best effort publishers where there are no others.
 
     To be used by the thread that waits for the messages, or while it does not run.
     """
@@ -154,7 +154,7 @@ class RawTopics:
                 self._node.destroy_subscription(reader.subscription)
 
     def look(self, readers: TopicReaders) -> None:
-        """See what publishers offer that came or went since, and ask for what they repeat."""
+        """Look at publishers that came or went since, and ask for their earlier messages."""
         if not readers.is_to_be_seen:
             return
         infos = self._node.get_publishers_info_by_topic(readers.topic)
@@ -194,7 +194,7 @@ class RawTopics:
         self.look(readers)
 
     def _on_incompatible(self, reader: Reader) -> None:
-        """Take what a best effort publisher offers; say so where that does not help either."""
+        """Take a best effort publisher's messages; warn where that does not help either."""
         logger, topic = self._node.get_logger(), reader.topic
         old = reader.subscription
         if old.qos_profile.reliability == ReliabilityPolicy.BEST_EFFORT:

@@ -1,13 +1,13 @@
 """Threads that take the requests of services and answer them, one after another and side by side.
 
-The executors of rclpy rebuild what they wait for, with every service, timer and topic of the
-node, in Python for each single callback; under load that is the longest part of an answer's time.
+The executors of rclpy rebuild their wait set, with every service, timer and topic of the node, in
+Python for each single callback; under load that is the longest part of an answer's time.
 Here one thread waits, for the services alone. When a request comes it takes it, lets the next
 thread wait, and answers the request itself: nothing is handed over.
 
 There is a thread more than requests are answered at the same time. So one always waits, however
-busy the others are, and takes what comes out of the middleware, which throws away what it can't
-keep without a word. What is too much is refused.
+busy the others are, and takes requests out of the middleware, which silently throws away those
+that it can't keep. Requests beyond the limit are refused.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ _NO_ALARM: tuple[float, Callable[[], None]] = (math.inf, lambda: None)
 
 @dataclass(frozen=True)
 class _Offer:
-    """A service and who answers it; of the exclusive ones one request at a time is answered."""
+    """A service and its answer; of the exclusive ones one request at a time is answered."""
 
     service: Any
     name: str
@@ -141,7 +141,7 @@ class RequestLoop:
         self._wake()
 
     def set_alarm(self, at: float, task: Callable[[], None]) -> None:
-        """Have something done once at a steady time (s), in place of what was set before."""
+        """Have something done once at a steady time (s), in place of the task set before."""
         with self._lock:
             self._alarm = (at, task)
         self._wake()
@@ -205,7 +205,7 @@ class RequestLoop:
         return None
 
     def _is_alarm_over(self) -> bool:
-        """Add what the alarm says to the rest, and return True, where its time has come."""
+        """Add the alarm's task to the others, and return True, where its time has come."""
         alarm = self._alarm
         if time.monotonic() < alarm[0]:
             return False
@@ -217,7 +217,7 @@ class RequestLoop:
         return True
 
     def _wait(self) -> None:
-        """Wait for requests, the alarm or a call of ``_wake``; take what has come."""
+        """Wait for requests, the alarm or a call of ``_wake``; take the requests."""
         wait_set, guard = self._wait_set, self._guard
         assert guard is not None
         wait_set.clear_entities()

@@ -1,4 +1,4 @@
-"""What is wrong with the arguments that ROS takes, in one sentence, before ROS sees them."""
+"""Faults of the arguments that ROS takes, in one sentence, before ROS sees them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _FILE = "--params-file"
 
 
 def problem_of(args: Sequence[str]) -> str:
-    """Say what ROS could not start with: a file or a level that there is not; "" if nothing."""
+    """Return the fault that keeps ROS from starting: a missing file, a wrong level; "" if none."""
     for path in _values(args, _FILE):
         try:
             read_limited(path, MAX_TEXT_BYTES)
@@ -33,7 +33,7 @@ def problem_of(args: Sequence[str]) -> str:
 
 
 def said_by_ros(error: Exception) -> str:
-    """Return what ROS says is wrong with arguments, without places in its own sources."""
+    """Return ROS's own words on wrong arguments, without places in its sources."""
     text = str(error).partition(", at /")[0]
     for prefix in ("failed to initialize rcl: ", "Failed to parse ROS arguments: "):
         text = text.removeprefix(prefix)
@@ -62,7 +62,7 @@ def unreached(args: Sequence[str], node: str) -> Iterator[str]:
 
 
 def _values(args: Sequence[str], option: str) -> Iterator[str]:
-    """Yield what follows an option among the arguments of ROS."""
+    """Yield the values of an option among the arguments of ROS."""
     is_ros = False
     for argument, value in zip(args, [*args[1:], ""], strict=True):
         if argument in ("--ros-args", "--"):

@@ -1,6 +1,6 @@
 """Imports that a change of the scene brings about, without holding updates up.
 
-What reads meshes and scenes is imported with the first that needs it: some six hundred modules, of
+Readers of meshes and scenes are imported when they are first needed: some six hundred modules, of
 which a hundred and forty are shared libraries. The interpreter is held while such a library is
 read from the disk and bound, 0.1 to 0.8 s in all, and no other thread goes on meanwhile. So, in a
 thread that works in steps (`geometry.steps`), there is a step before each module, and the library
@@ -41,12 +41,12 @@ def bind_library(path: str) -> None:
 
 
 class _Spread(importlib.abc.MetaPathFinder):
-    """Finds what Python's own finder finds, after a step; for threads that work in steps."""
+    """Finds modules as Python's own finder does, after a step; for threads that work in steps."""
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Return where a module is; None, for the next finder, where it is not in a folder."""
+        """Return a module's place; None, for the next finder, where it is not in a folder."""
         if not is_in_steps():
             return None
         between_steps()

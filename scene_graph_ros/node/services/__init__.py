@@ -1,1 +1,1 @@
-"""Requests of clients: what is answered, from which snapshot, and when."""
+"""Requests of clients: their answers, the snapshots behind these, and their order."""

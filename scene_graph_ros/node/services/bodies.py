@@ -1,7 +1,7 @@
 """Bodies of contact surfaces, made before the world is changed.
 
 To fill a mesh with tetrahedra can take seconds. Done here, outside the world's lock, it stops
-nobody; the core keeps what it made, and what cannot be made is refused with the request.
+nobody; the core keeps the bodies, and a request for one that can't be made is refused.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ def prepare(
 ) -> None:
     """Make the bodies that a request of type ``name`` will need.
 
-    Raises what registering would raise, and MeshError for a shape that has no body.
+    Raises the errors of registering, and MeshError for a shape that has no body.
     """
     preparation = _PREPARATIONS.get(name)
     if preparation is not None:

@@ -1,4 +1,4 @@
-"""Answers about what cameras see; imported when one is first asked for."""
+"""Images of cameras as answers; imported when one is first asked for."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ __all__ = ["render_images"]
 
 
 class _View(NamedTuple):
-    """Who looks, from which frame, at which pose in it, and what images say of where they are."""
+    """A camera, its frame, its pose in that, and the frame of its images."""
 
     camera: DepthRenderCamera
     parent: Any
@@ -74,7 +74,7 @@ def render_images(request: Any, response: Any, scope: QueryScope) -> None:
 
 
 def _forms(images: list[str]) -> dict[str, ImageForm]:
-    """Return what is asked for, each once. Raises MessageError."""
+    """Return the requested forms, each once. Raises MessageError."""
     names = ", ".join(FORMS)
     for name in images:
         if name not in FORMS:
@@ -88,7 +88,7 @@ def _view(request: Any, snapshot: WorldSnapshot) -> _View:
     """Return the camera of the scene that a request names, or the one that it describes.
 
     Raises UnknownIdError for a camera or a frame that is not there, MessageError where both are
-    given, and what ``camera_from_msg`` raises.
+    given, and the errors of ``camera_from_msg``.
     """
     if not request.camera:
         camera, X_PC = camera_from_msg(request.description, DEFAULT_RENDERER)
@@ -109,10 +109,10 @@ def _view(request: Any, snapshot: WorldSnapshot) -> _View:
 def _renderer(
     msg: RendererDescription, core: RenderCameraCore, snapshot: WorldSnapshot
 ) -> tuple[RenderCameraCore, RenderEngine]:
-    """Return who renders, and what a camera is to that: it has the renderer's name.
+    """Return the renderer, and the camera with the renderer's name.
 
     Raises UnknownIdError for a renderer that is not there, MessageError for one that is named and
-    described, and what ``renderer_from_msg`` raises.
+    described, and the errors of ``renderer_from_msg``.
     """
     if msg.name and (msg.type or msg.parameters):
         raise MessageError(

@@ -51,8 +51,8 @@ def plan(
     """Return the result of a goal of PlanPath, and the path; feedback goes out meanwhile.
 
     ``now`` is the node's time, ns. Raises StaleError, UnknownIdError, NameConflictError,
-    MessageError, TooLargeError, UnavailableError, PlanningError and TrajectoryError for what can't
-    be worked on, naming the field and its value.
+    MessageError, TooLargeError, UnavailableError, PlanningError and TrajectoryError for goals that
+    can't be worked on, naming the field and its value.
     """
     begin, core = time.monotonic(), snapshot.query.snapshot
     robots = snapshot.robots.planning(core, snapshot.bases)
@@ -102,7 +102,7 @@ def _planned(
     result: Any,
     limit: Callable[[str], Any],
 ) -> PlannedPath | None:
-    """Return what was planned: the path, or a trajectory along it, of which the result is told."""
+    """Return the path, or a trajectory along it, and put it into the result."""
     q, times, free_from = found.configurations, None, found.free_from
     ends = q if len(q) > 1 else np.repeat(q, 2, axis=0)
     curves = np.stack([ends[:-1], ends[1:]], axis=1)
@@ -175,7 +175,7 @@ def _feedback(progress: PlanProgress) -> Any:
 
 
 def _tell(found: Plan, result: Any) -> None:
-    """Fill a result with what a plan says, but for the path."""
+    """Fill a result from a plan, but for the path."""
     result.edges = found.edges
     if found.failure is not None:
         result.failure, result.reason = found.failure.value, found.reason or ""

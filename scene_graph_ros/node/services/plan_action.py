@@ -1,4 +1,4 @@
-"""The action that plans paths: its services and topics, and who works on its goals.
+"""The action that plans paths: its services and topics, and the work on its goals.
 
 Planning is imported when the first goal's turn comes.
 """
@@ -147,7 +147,7 @@ _STATUSES = {
 
 
 def _planner(planner: str) -> tuple[str, tuple[str, ...]]:
-    """Return who plans. Raises MessageError for a planner that there is not."""
+    """Return the planner's names. Raises MessageError for a planner that there is not."""
     if planner not in _PLANNERS:
         known = [name for name in _PLANNERS if name]
         raise MessageError(

@@ -1,4 +1,4 @@
-"""What goals of the planning action ask for, checked; imported when the first one's turn comes."""
+"""Goals of the planning action, checked; imported when the first one's turn comes."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class CancelledError(Exception):
 
     @classmethod
     def of_search(cls, progress: PlanProgress) -> CancelledError:
-        """Say how far a search had come."""
+        """Return the error that describes how far a search had come."""
         sizes = progress.tree_sizes
         return cls(
             f"cancelled after {progress.seconds:.3g} s: the trees from start and goal had"
@@ -46,7 +46,7 @@ class CancelledError(Exception):
 
 
 class PlanGoal(NamedTuple):
-    """What a goal says, checked."""
+    """A goal, checked."""
 
     start: NDArray[np.float64]
     """``(nq,)``."""
@@ -71,9 +71,9 @@ def checked_goal(
     limit: Callable[[str], Any],
     now: int,
 ) -> PlanGoal:
-    """Return what a goal says, checked, of robots in a snapshot, at a time of the node's (ns).
+    """Return a goal, checked, of robots in a snapshot, at a time of the node's (ns).
 
-    Raises StaleError where nobody has said where they are; see `require_reported`.
+    Raises StaleError where nobody has reported their positions; see `require_reported`.
     """
     present = robots.present(snapshot.positions)
     count = count_rows(request.start) + count_rows(request.goals) + len(request.pose_goals)
@@ -109,7 +109,7 @@ def start_inside(
     moving: NDArray[np.intp],
     limit: Callable[[str], Any],
 ) -> NDArray[np.float64]:
-    """Return a start ``(nq,)`` with what is a little beyond its limits, and may move, within."""
+    """Return a start ``(nq,)`` with positions a little beyond limits, if they may move, within."""
     moves = np.isin(np.arange(len(start)), moving)
     return moved_inside(robots.tree, start, moves, float(limit("start_tolerance")))
 

@@ -1,4 +1,4 @@
-"""Whether a goal's time is over, and what is told meanwhile; for ways through regions."""
+"""Whether a goal's time is over, and its feedback meanwhile; for paths through regions."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class NoPlanError(Exception):
 
 
 class PlanWatch:
-    """Whether it is time to end, and what is told meanwhile."""
+    """Whether it is time to end, and the feedback meanwhile."""
 
     def __init__(self, goal: Goal, seconds: float) -> None:
         self._goal, self._begin, self._most = goal, time.monotonic(), seconds
@@ -46,7 +46,7 @@ class PlanWatch:
         return max(self._most - self.seconds, 0.0)
 
     def turn_to(self, state: int) -> None:
-        """Say what is being done from now on."""
+        """Give feedback of the next state."""
         self.state, self._told = state, -_TURN
         self.look()
 

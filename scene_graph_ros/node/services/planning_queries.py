@@ -49,7 +49,7 @@ _NONE = _Collisions([], [], [], [])
 
 
 class _Found(NamedTuple):
-    """What is known of the rows for one configuration of what_if."""
+    """The answers about the rows for one configuration of ``what_if``."""
 
     outcomes: NDArray[np.uint8]
     collisions: _Collisions = _NONE
@@ -58,7 +58,7 @@ class _Found(NamedTuple):
 
 
 class _Question(NamedTuple):
-    """What both services are asked about: configurations, worlds and margins."""
+    """The question of both services: configurations, worlds and margins."""
 
     scope: QueryScope
     robots: PlanningRobots
@@ -163,7 +163,7 @@ def check_edges(request: Any, response: Any, scope: QueryScope) -> None:
 
 
 def _question(request: Any, rows: Any, field: str, scope: QueryScope) -> _Question:
-    """Return what is asked; raises UnknownIdError, NameConflictError and MessageError."""
+    """Return the question; raises UnknownIdError, NameConflictError and MessageError."""
     snapshot = scope.snapshot
     robots = snapshot.robots.planning(snapshot.query.snapshot, snapshot.bases)
     for frame in scope.options.configurations[0]:
@@ -189,7 +189,7 @@ def _unless(beyond: Any, outcomes: NDArray[Any]) -> NDArray[np.uint8]:
 def _collisions_of(
     checker: SceneGraphCollisionChecker, measures: Sequence[EdgeMeasure]
 ) -> _Collisions:
-    """Return what stops edges."""
+    """Return the collisions that stop edges."""
     found: list[tuple[int, tuple[Any, Any], float, float]] = []
     for row, each in enumerate(measures):
         if each.pair is not None and each.configuration is not None and each.at is not None:

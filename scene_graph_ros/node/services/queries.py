@@ -1,7 +1,7 @@
 """Answers to query requests: pure functions of a request and a snapshot, without rclpy.
 
-Each handler fills the response of one service type. What goes wrong is raised; the services turn
-it into a status.
+Each handler fills the response of one service type. Errors are raised; the services turn them into
+statuses.
 """
 
 from __future__ import annotations
@@ -67,9 +67,9 @@ def _no_text(resource: str) -> tuple[str, str]:
 
 @dataclass
 class QueryScope:
-    """What a handler answers from: a snapshot, the options of the request, and the limits.
+    """The base of an answer: a snapshot, the options of the request, and the limits.
 
-    ``regions`` returns what keeps regions, ``text`` the path and the text of a file; ``tally``
+    ``regions`` returns the kept regions, ``text`` the path and the text of a file; ``tally``
     counts the rows of the answer while it is computed.
     """
 
@@ -86,7 +86,7 @@ class QueryScope:
         self.tally = Tally(self.limit)
 
     def read_options(self, request: Any) -> None:
-        """Take the options that a request has. Raises what ``options_from_msg`` does."""
+        """Take the options that a request has. Raises the errors of ``options_from_msg``."""
         if hasattr(request, "options"):
             most = self.limit("max_configurations_per_request")
             snapshot = self.snapshot
@@ -98,7 +98,7 @@ class QueryScope:
             )
 
     def each(self, question: Callable[[QueryObject], T]) -> list[T]:
-        """Return what ``question`` returns for each configuration asked about, in order.
+        """Return the answers to ``question`` for each configuration, in order.
 
         As many threads share them as the node's parameter ``query_threads`` says.
         """
@@ -110,7 +110,7 @@ class QueryScope:
         return ask_what_if(self.snapshot.query, configurations, question, threads=threads)
 
     def ask(self, query: QueryObject, question: Callable[..., T], *arguments: Hashable) -> T:
-        """Return what a method of ``QueryObject`` answers about one of the configurations.
+        """Return the answer of a method of ``QueryObject`` about one of the configurations.
 
         About the world as it is, threads that ask the same share the answer.
         """
@@ -184,7 +184,7 @@ def signed_distance_pairs(request: Any, response: Any, scope: QueryScope) -> Non
 
 
 def _pair(query: QueryObject, a: Any, b: Any, names: Any) -> SignedDistancePair:
-    """Answer for one pair; what it can't be answered for is its own status, not the request's."""
+    """Answer for one pair; its errors are its own status, not the request's."""
     try:
         id_A, id_B = sorted((names.geometry_id(a), names.geometry_id(b)))
     except (UnknownIdError, NameConflictError) as error:
@@ -268,7 +268,7 @@ def _on_demand(name: str, module_name: str = "surface_queries") -> Handler:
 
 @dataclass(frozen=True)
 class Query:
-    """A query service: who answers it, and which effect its time is booked under.
+    """A query service: its handler, and the effect that its time is booked under.
 
     ``kernels`` names the group of kernels that it needs beside the main job's.
     """

@@ -68,7 +68,7 @@ _F, _STATES = PlanPath.Result, PlanPath.Feedback
 
 
 class _Regions(NamedTuple):
-    """Regions, and what they are to connect."""
+    """Regions, and the configurations that they are to connect."""
 
     names: list[str]
     regions: list[HPolyhedron]
@@ -83,7 +83,7 @@ class _Regions(NamedTuple):
 
 
 class _Work(NamedTuple):
-    """What a goal is worked on with."""
+    """The inputs of the work on a goal."""
 
     goal: Goal
     wanted: PlanGoal
@@ -198,7 +198,7 @@ def _regions(work: _Work, text: Callable[[str], tuple[str, str]]) -> _Regions:
 
 
 def _read(work: _Work, document: Any, where: str, goal: NDArray[np.float64]) -> _Regions:
-    """Return regions of what a YAML text says."""
+    """Return the regions of a YAML text."""
     child = work.goal.request.regions.child_name or None
     found = regions_from_document(document, where, child)
     require(work.limit, "max_regions", len(found), where)
@@ -289,7 +289,7 @@ def _along_path(work: _Work) -> _Regions:
 
 
 def _grown(what: str, grow: Callable[[], Any]) -> Any:
-    """Return what grows; raises NoPlanError where nothing does."""
+    """Return the grown regions; raises NoPlanError where there are none."""
     try:
         return grow()
     except (RegionError, RegionNotFoundError, SolverError) as error:

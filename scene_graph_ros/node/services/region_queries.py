@@ -90,7 +90,7 @@ def _fill(
 
 
 def _domain(request: Any, seed: NDArray[np.float64], scope: QueryScope) -> HPolyhedron:
-    """Return where a region may be; it has the seed in it."""
+    """Return the domain of a region; it has the seed in it."""
     lower, upper = (
         point_from_msg(getattr(request, field), field) for field in ("domain_min", "domain_max")
     )
@@ -142,7 +142,7 @@ def _options(request: Any, scope: QueryScope) -> IrisOptions:
 def _obstacles(
     scope: QueryScope, ignored: frozenset[GeometryId], seed: NDArray[np.float64]
 ) -> list[SceneObstacle]:
-    """Return what collides in all configurations; raises MessageError for a seed that is in it."""
+    """Return the obstacles of all configurations; raises MessageError for a seed in one."""
     count = len(scope.snapshot.query.snapshot.proximity.ids)
     scope.require("max_pairs_per_request", count * len(scope.options.configurations), "obstacles")
 
@@ -170,7 +170,7 @@ def _obstacles(
 def _collision(
     query: QueryObject, geometry_id: GeometryId, seed: NDArray[np.float64], scope: QueryScope
 ) -> str:
-    """Say that a seed is in a geometry, and how deep, or in what it counts as."""
+    """Return a sentence about a seed in a geometry, or in its hull, and the depth."""
     path = scope.snapshot.names.geometry_path(geometry_id)
     found = query.compute_signed_distance_to_point(seed, 0.0)
     depth = max((-each.distance for each in found if each.id_G == geometry_id), default=0.0)

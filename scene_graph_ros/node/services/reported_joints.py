@@ -64,7 +64,7 @@ def require_reported(
 
 
 def _needed(group: str, robots: PlanningRobots, given: set[str]) -> Iterator[tuple[str, str, str]]:
-    """Yield robot, joint (BASE for its base) and path of what has to be reported."""
+    """Yield robot, joint (BASE for its base) and path of each that has to be reported."""
     tree, needed = robots.tree, dict[str, None]()
     members = None
     if group:

@@ -1,8 +1,8 @@
-"""The services: statuses, waiting for a stamp, limits, ownership. What they answer is elsewhere.
+"""The services: statuses, waiting for a stamp, limits, ownership. Their answers are elsewhere.
 
 Queries read a snapshot and run side by side; changes of the scene run one after another. A query
 that waits for poses gives its thread back meanwhile, so waiting can't stop the world and costs
-nothing. All of them run in threads of their own, whatever the executor of the node does.
+nothing. All of them run in threads of their own, apart from the executor of the node.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ small one it would have more to look through at once than it has otherwise."""
 
 
 class ServiceHost(Protocol):
-    """What the node offers to its services."""
+    """The node as its services see it."""
 
     node: Node
     recorder: Recorder | None
@@ -71,13 +71,13 @@ class ServiceHost(Protocol):
         """Return the absolute name of the topic of each source with deformable geometry."""
 
     def regions(self) -> KeptRegions:
-        """Return what keeps regions, made when it is first asked for."""
+        """Return the kept regions, made when they are first asked for."""
 
     def is_running(self) -> bool:
         """Tell whether poses are taken in at all."""
 
     def lack_of_kernels(self, group: str) -> str:
-        """Say what is being done where a group's kernels are not ready; "" where they are."""
+        """Return a sentence about a group's kernels that are not ready; "" where they are."""
 
 
 class Services:
@@ -137,7 +137,7 @@ class Services:
 
     @staticmethod
     def _at_once(name: str, callback: Callable[[Any, Any], Any]) -> Answer:
-        """Turn what fills a response into what answers a request."""
+        """Turn a function that fills a response into an answer to requests."""
         kind = getattr(scene_graph_msgs.srv, name)
         return lambda request, respond: respond(callback(request, kind.Response()))
 
@@ -162,7 +162,7 @@ class Services:
         return answer
 
     def _scope(self, request: Any) -> QueryScope:
-        """Return what a request is answered from now. Raises what ``options_from_msg`` does."""
+        """Return the base of an answer now. Raises the errors of ``options_from_msg``."""
         scope = QueryScope(
             self._world.snapshot,
             NO_OPTIONS,
@@ -300,7 +300,7 @@ class Services:
         return response
 
     def _unmet_requirement(self, scope: QueryScope) -> PoseRequirement | None:
-        """Return what poses a request waits for, None where those there are will do."""
+        """Return the requirement that a request waits for, None where it is met."""
         options = scope.options
         if options.minimal_stamp_ns <= 0:
             return None
@@ -312,7 +312,7 @@ class Services:
 
 
 def _details(error: Exception) -> str:
-    """Return where an error comes from and what it says, whatever and how much that quotes."""
+    """Return an error's traceback and text, quoted safely."""
     where = "".join(traceback.format_tb(error.__traceback__))
     return f"{where}{type(error).__name__}: {quoted(str(error))}"
 

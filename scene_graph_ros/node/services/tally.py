@@ -1,4 +1,4 @@
-"""Counting what an answer will have while it is computed, so that it ends when it is too much."""
+"""Counting the rows of an answer while it is computed, so that it ends when they are too many."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def require(limit: Callable[[str], Any], parameter: str, count: int, what: str) 
 
 
 class Tally:
-    """Counts what an answer will have, configuration after configuration, in any thread."""
+    """Counts the rows of an answer, configuration after configuration, in any thread."""
 
     def __init__(self, limit: Callable[[str], Any]) -> None:
         self._limit = limit

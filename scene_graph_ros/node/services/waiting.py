@@ -1,7 +1,7 @@
 """Requests that wait for poses: kept aside, and answered when the poses or the deadline come.
 
-Nobody waits inside a thread: what answers a request keeps a ``PendingAnswer`` here in place of a
-response and goes back to other work; the response is sent when an update or the alarm says so.
+No thread waits: a service keeps a ``PendingAnswer`` here in place of a response and goes back to
+other work; the response is sent when an update or the alarm says so.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class PoseRequirement:
             return UNSTAMPED
 
     def oldest(self, snapshot: WorldSnapshot) -> tuple[str, int]:
-        """Return what is the oldest of all that is needed, and its stamp."""
+        """Return the oldest of all that is needed, and its stamp."""
         if not self.sources:
             return "", snapshot.stamp
         stamp, name = min((self._age(snapshot, name), name) for name in self.sources)
@@ -86,8 +86,8 @@ class Waiting:
     ) -> None:
         """Answer about ``world``; where ``is_running`` is false nobody has to wait any more.
 
-        Answers are made by whoever ``post`` gives them to. ``set_alarm`` is told a steady time in
-        seconds, and what to do then.
+        ``post`` hands answers to the threads that make them. ``set_alarm`` is told a steady time
+        in seconds, and the task to do then.
         """
         self._world, self._is_running = world, is_running
         self._post, self._set_alarm = post, set_alarm
@@ -106,7 +106,7 @@ class Waiting:
         return True
 
     def _keep(self, waiting: list[PendingAnswer]) -> None:
-        """Let these wait, and have the world tell of what they wait for."""
+        """Let these wait, and have the world tell of each snapshot."""
         if waiting and not self._waiting:
             self._world.watch(self._release)
         elif self._waiting and not waiting:
@@ -128,7 +128,7 @@ class Waiting:
             pending.finish()
 
     def _release(self) -> None:
-        """Answer whom the newest snapshot is new enough for, and whose time is over."""
+        """Answer requests for which the newest snapshot is new enough, or whose time is over."""
         snapshot, now, runs = self._world.snapshot, time.monotonic(), self._is_running()
         with self._lock:
             ready: list[PendingAnswer] = []

@@ -1,1 +1,1 @@
-"""What the node knows: the scene and its poses, what arrives of them, and edits of the scene."""
+"""The node's world: the scene and its poses, the messages about them, and edits of the scene."""

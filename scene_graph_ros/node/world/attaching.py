@@ -59,7 +59,7 @@ def attach_frame(request: Any, response: Any, edit: Edit) -> None:
 
 
 def detach_frame(request: Any, response: Any, edit: Edit) -> None:
-    """Answer DetachFrame: the frame hangs on what it did before, and stays where it is."""
+    """Answer DetachFrame: the frame hangs on its former parent, and stays where it is."""
     record = edit.owner(request.source.name, request.source.token)
     frame = _frame(request, edit)
     if frame not in edit.attachments:
@@ -77,7 +77,7 @@ def let_go_of(edit: Edit, robot: SourceRecord) -> None:
 
 
 def _detach(edit: Edit, record: SourceRecord, frame: FrameId) -> Any:
-    """Hang a frame on what it hung before; return where it stays, X_WF."""
+    """Hang a frame on its former parent; return its pose, X_WF, which stays."""
     known = edit.attachments.pop(frame)
     inspector, moment = edit.scene_graph.model_inspector(), edit.moment
     assert moment is not None
@@ -175,7 +175,7 @@ def _frame(request: Any, edit: Edit) -> FrameId:
 def _open_pairs(
     edit: Edit, frame: FrameId, links: Iterable[FrameId]
 ) -> tuple[tuple[GeometryId, GeometryId], ...]:
-    """Return the pairs of what is on a frame or below it with links that are checked as yet."""
+    """Return the pairs of geometries on or below a frame with links' that are checked as yet."""
     inspector = edit.scene_graph.model_inspector()
     below = [frame]
     for each in below:

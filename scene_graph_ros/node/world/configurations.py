@@ -1,4 +1,4 @@
-"""Configurations of deformable geometry: what arrives, validated, and what of it is applied.
+"""Configurations of deformable geometry: messages of them, validated and applied.
 
 Imported where a source has deformable geometry.
 """
@@ -42,8 +42,8 @@ def accept_configurations(
 ) -> int:
     """Take the valid configurations of ``batch`` into ``deformables``; return how many.
 
-    What is wrong is counted and warned about by ``intake``, and changes nothing. What
-    ``is_static`` is never too old.
+    Faulty ones are counted and warned about by ``intake``, and change nothing. If ``is_static``,
+    none is too old.
     """
     limits = limits.of_static() if is_static else limits
     if batch.frame_id not in ("", world_frame):
@@ -71,7 +71,7 @@ def _problem(
     deformables: SourceDeformables,
     limits: TimeLimits,
 ) -> tuple[Fault, str] | None:
-    """Say what is wrong with one configuration, or return None."""
+    """Return the fault of one configuration, or None."""
     geometry_id = deformables.ids.get(name)
     if geometry_id is None:
         return _stranger(name, deformables)

@@ -39,7 +39,7 @@ class SourceDeformables:
         self.fresh.add(geometry_id)
 
     def take_over(self, old: SourceDeformables) -> None:
-        """Take what is known of the same geometries in the scene before; all of it is fresh."""
+        """Take the state of the same geometries in the scene before; all of it is fresh."""
         self.positions = {g: q for g, q in old.positions.items() if g in self.counts}
         self.stamps = {g: stamp for g, stamp in old.stamps.items() if g in self.counts}
         self.fresh = set(self.positions)

@@ -38,7 +38,7 @@ class DescriptionChannel(SourceChannel[Kept, None]):
     noun = DESCRIPTIONS
 
     def __init__(self, record: SourceRecord, intake: Intake, describe: Describe) -> None:
-        """Call ``describe`` with the name of the source, each new text, and whom to tell."""
+        """Call ``describe`` with the name of the source, each new text, and a callback."""
         super().__init__(record, intake, String)
         self._describe = describe
         self._newest = b""
@@ -46,7 +46,7 @@ class DescriptionChannel(SourceChannel[Kept, None]):
         """Why the robot is not as it was described last; "" where it is, or will be."""
 
     def _told(self, failure: str) -> None:
-        """Take note of what came of the newest text."""
+        """Take note of the outcome of the newest text."""
         self.failure = failure
 
     @property
@@ -91,7 +91,7 @@ class DescriptionInputs(Inputs[DescriptionChannel]):
         on_change: Callable[[], None],
         describe: Describe,
     ) -> None:
-        """Call ``describe`` with the name of a source, a new text, and whom to tell."""
+        """Call ``describe`` with the name of a source, a new text, and a callback."""
         super().__init__(node, world, group, on_change, noun=DESCRIPTIONS, queued=1)
         self._describe = describe
 

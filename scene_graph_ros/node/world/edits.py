@@ -41,7 +41,7 @@ __all__ = ["EDITS", "Tools"]
 
 @dataclass(frozen=True)
 class Tools:
-    """What handlers need from the node: files, message types and scene files."""
+    """The node as handlers see it: files, message types and scene files."""
 
     resolve: Callable[[str], Any]
     check_pose_type: Callable[[str], Any]
@@ -74,7 +74,7 @@ def register_source(request: Any, response: Any, edit: Edit, tools: Tools) -> No
 
 
 def _hand_out(request: Any, record: SourceRecord, edit: Edit) -> None:
-    """Have who asks for a source that is there get its handle, by its token or as the first."""
+    """Hand out the handle of a source that is there, by its token or to the first."""
     handle = edit.handles[record.name]
     is_known = request.token != 0 and request.token == handle.token
     if not is_known and handle.claim is not Claim.OPEN:
@@ -274,7 +274,7 @@ def remove_filter(request: Any, response: Any, edit: Edit, tools: Tools) -> None
 
 
 def register_camera(request: Any, response: Any, edit: Edit, tools: Tools) -> None:
-    """Answer RegisterCamera; what cameras need is imported with the first of them."""
+    """Answer RegisterCamera; modules of cameras are imported with the first of them."""
     from msg_adapters.cameras import scene_camera_from_msg
     from scene_graph_ros.geometry.perception.default_renderer import (
         add_default_renderer,
@@ -311,7 +311,7 @@ def remove_camera(request: Any, response: Any, edit: Edit, tools: Tools) -> None
 
 
 def attach_frame(request: Any, response: Any, edit: Edit, tools: Tools) -> None:
-    """Answer AttachFrame; what knows of robots is imported with the first of them."""
+    """Answer AttachFrame; modules of robots are imported with the first of them."""
     from scene_graph_ros.node.world import attaching
 
     attaching.attach_frame(request, response, edit)

@@ -1,4 +1,4 @@
-"""Handles: who may change what a source registered, and how a handle gets to its owner. No rclpy.
+"""Handles: rights to change a source, and how a handle gets to its owner. No rclpy.
 
 Tokens are in no scene's text, log, diagnostics, parameter or recording: nothing of this shows one.
 """
@@ -22,7 +22,7 @@ _LARGEST = 2**64 - 1
 
 
 class Claim(enum.Enum):
-    """Whether who asks for a source by its name alone gets its handle."""
+    """Whether a request by name alone gets the handle of a source."""
 
     CLOSED = "nobody gets it"
     OPEN = "the first who asks gets it"
@@ -31,7 +31,7 @@ class Claim(enum.Enum):
 
 @dataclass(frozen=True)
 class Handle:
-    """What requests about a source have to carry."""
+    """The right to change a source, which requests have to carry."""
 
     token: int = field(repr=False)
     claim: Claim = Claim.CLOSED

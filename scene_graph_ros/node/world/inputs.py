@@ -54,9 +54,9 @@ def message_type(name: str) -> Any:
 def make_channel(
     noun: str, record: SourceRecord, warn: Callable[[str], None], world_frame: str
 ) -> QueuedChannel:
-    """Make what reads a source's POSES, BASE_POSES or JOINT_POSES.
+    """Make the channel of a source's POSES, BASE_POSES or JOINT_POSES.
 
-    Imports what reads messages of the type. Raises UnavailableError where the type is not there.
+    Imports the reader of the type. Raises UnavailableError where the type is not there.
     """
     if noun == JOINT_POSES:
         from scene_graph_ros.node.world.joint_pose_channel import JointPoseChannel
@@ -107,7 +107,7 @@ class PoseInputs(Inputs[QueuedChannel]):
         super().__init__(node, world, group, on_change, noun=noun, queued=QUEUED)
 
     def forget(self, after: int) -> None:
-        """Forget what channels keep that is stamped later (ns): the clock jumped back."""
+        """Forget messages in channels that are stamped later (ns): the clock jumped back."""
         for channel in self.channels:
             channel.forget(after)
 

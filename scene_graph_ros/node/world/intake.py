@@ -1,4 +1,4 @@
-"""What arrives from a source, validated: poses that may be applied, and counts of the rest.
+"""Validation of a source's messages: poses that may be applied, and counts of the rest.
 
 Nothing here knows topics or rclpy. A pose that can't be applied is counted by its reason, named
 in one warning per source, reason and frame, and changes nothing; the other poses of the same
@@ -83,7 +83,7 @@ class TimeLimits(NamedTuple):
     """Nanoseconds of the node's clock: the time now, and how old and how new a pose may be.
 
     ``now`` of 0 (simulated time that has not begun) switches both checks off, ``max_age`` of 0
-    that of the age. What an answer could not say as its stamp is never right.
+    that of the age. A stamp that no answer could have is never right.
     """
 
     now: int
@@ -99,11 +99,11 @@ class TimeLimits(NamedTuple):
         return now, earliest, min(now + max_lead, LATEST)
 
     def of_static(self) -> TimeLimits:
-        """Return the limits of what is static, which is never too old."""
+        """Return the limits of static poses, which are never too old."""
         return self._replace(max_age=0)
 
     def problem(self, stamp: int, newest: int) -> tuple[Fault, str] | None:
-        """Say what is wrong with a pose that would replace one of ``newest``, or return None.
+        """Return the fault of a pose that would replace one of ``newest``, or None.
 
         The sentence is to follow "a pose".
         """
@@ -112,7 +112,7 @@ class TimeLimits(NamedTuple):
         return None if status == IN_TIME else self.describe(status, stamp, newest)
 
     def describe(self, status: int, stamp: int, newest: int) -> tuple[Fault, str]:
-        """Say what `judge_time` has against a stamp, as `problem` does."""
+        """Return the verdict of `judge_time` on a stamp, as `problem` does."""
         if status == OUT_OF_ORDER:
             earlier = (newest - stamp) * 1e-9
             return Fault.OUT_OF_ORDER, (
@@ -132,10 +132,10 @@ class TimeLimits(NamedTuple):
 class SourceFrames:
     """The frames of one source in registration order, with their newest poses.
 
-    ``X_PF`` is ``(n, 4, 4)``; ``stamps`` ``(n,)`` nanoseconds; ``is_static`` ``(n,)`` tells what
-    never gets old, none at first. Frames with ids in ``attached`` are
-    carried by a link: their poses count only where they say that they are in it. ``foreign`` maps
-    names of other sources' frames to the source that owns them.
+    ``X_PF`` is ``(n, 4, 4)``; ``stamps`` ``(n,)`` nanoseconds; ``is_static`` ``(n,)`` marks frames
+    that never get old, none at first. Frames with ids in ``attached`` are carried by a link: their
+    poses count only where they say that they are in it. ``foreign`` maps names of other sources'
+    frames to the source that owns them.
     """
 
     source: str
@@ -158,7 +158,7 @@ class SourceFrames:
 
 
 class Statistics:
-    """Counts of what one source sent, and when; times in nanoseconds of a steady clock."""
+    """Counts and times of one source's messages; nanoseconds of a steady clock."""
 
     def __init__(self) -> None:
         self.received = 0
@@ -199,7 +199,7 @@ class Statistics:
 
 @dataclass(frozen=True)
 class _Plan:
-    """What is the same for all messages with the same names: which rows their poses go to."""
+    """The rows of poses, the same for all messages with the same names."""
 
     names: tuple[str, ...]
     parents: tuple[str, ...]
@@ -240,7 +240,7 @@ class Intake:
     ) -> None:
         """Count ``count`` poses of ``frame`` as faulty, and warn where that is new.
 
-        ``noun`` is what ``frame`` names where that is another thing than usual.
+        ``noun`` is the kind of thing that ``frame`` names, if not the usual one.
         """
         self.statistics.faults[fault] += count
         if len(self._warned) >= _WARNINGS_KEPT:
@@ -390,7 +390,7 @@ class Intake:
             self.fault(Fault.UNKNOWN_FRAME, name, "no such frame is registered")
 
     def _in_time(self, plan: _Plan, stamps: np.ndarray, limits: TimeLimits) -> np.ndarray:
-        """Tell which poses may be applied, and give those without a stamp that of now."""
+        """Mark the poses that may be applied, and give those without a stamp that of now."""
         newest, rows = plan.frames.stamps, np.where(plan.usable, plan.rows, -1)
         statuses = np.empty(len(stamps), dtype=np.int64)
         if judge_times(stamps, rows, newest, limits.bounds(), statuses):

@@ -26,7 +26,7 @@ __all__ = ["FollowedRegions", "KeptRegion", "KeptRegions", "Surroundings"]
 
 @dataclass(frozen=True, eq=False)
 class KeptRegion:
-    """A bounded region of the world ``(3,)`` with a name, and what does not count in it."""
+    """A bounded region of the world ``(3,)`` with a name, and geometries that do not count in it."""
 
     name: str
     region: HPolyhedron
@@ -35,7 +35,7 @@ class KeptRegion:
 
     @made_once
     def form(self) -> RegionForm | None:
-        """What is drawn of it; None where it is too thin for a hull in floats."""
+        """Its hull, to be drawn; None where it is too thin for one in floats."""
         try:
             return region_form(VPolytope(self.region).vertices)
         except SceneGraphError:
@@ -43,7 +43,7 @@ class KeptRegion:
 
 
 class Surroundings:
-    """Where all that collides is in a snapshot, to tell what is elsewhere in a later one."""
+    """The poses of all obstacles in a snapshot, to find the moved ones in a later one."""
 
     def __init__(self, query: QueryObject) -> None:
         snapshot, inspector = query.snapshot, query.inspector()
@@ -58,7 +58,7 @@ class Surroundings:
         self._soft = {each: query.get_configurations_in_world(each) for each in soft}
 
     def changed_since(self, before: Surroundings) -> tuple[set[GeometryId], set[GeometryId]]:
-        """Return what is new or elsewhere, and what is gone."""
+        """Return the new or moved obstacles, and those that are gone."""
         gone = {*before._ids, *before._soft} - {*self._ids, *self._soft}
         changed = {
             each
@@ -82,7 +82,7 @@ class Surroundings:
 
 
 class FollowedRegions(NamedTuple):
-    """All regions as they are in one snapshot, by name, each with what reaches into it."""
+    """All regions as they are in one snapshot, by name, each with the obstacles in it."""
 
     snapshot: WorldSnapshot
     regions: Mapping[str, tuple[KeptRegion, tuple[RegionCut, ...]]]
@@ -151,7 +151,7 @@ class KeptRegions:
             return [self._regions[name] for name in names or sorted(self._regions)]
 
     def follow(self, snapshot: WorldSnapshot) -> FollowedRegions:
-        """Look again at what has changed, and return all regions."""
+        """Look again at all changes, and return all regions."""
         with self._lock:
             around, before = Surroundings(snapshot.query), self._surroundings
             changed, gone = (set(), set()) if before is None else around.changed_since(before)
@@ -177,7 +177,7 @@ class KeptRegions:
     def _note(
         self, name: str, cuts: Sequence[RegionCut], rest: dict[GeometryId, RegionCut]
     ) -> None:
-        """Note what reaches into a region; what says something else is another revision."""
+        """Note the obstacles in a region; other ones are another revision."""
         now = {**rest, **{cut.geometry_id: cut for cut in cuts}}
         known = self._cuts.get(name)
         self._cuts[name] = now
@@ -185,7 +185,7 @@ class KeptRegions:
             self._revision += 1
 
     def stale(self) -> str:
-        """Say which regions are not free, or that nobody has looked since the world changed."""
+        """Name the regions that are not free, or say that nobody has looked since a change."""
         snapshot = self._newest()
         # Not to wait for what is being looked at.
         if not self._lock.acquire(blocking=False):
@@ -216,5 +216,5 @@ class KeptRegions:
 
 
 def _said(cuts: Mapping[GeometryId, RegionCut]) -> Any:
-    """Return what of cuts makes a difference to those who are told."""
+    """Return the parts of cuts that make a difference to subscribers."""
     return {g: (cut.depth, cut.is_proven) for g, cut in cuts.items()}

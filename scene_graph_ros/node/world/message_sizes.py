@@ -11,7 +11,7 @@ but of a hundred thousand unknown names, and to read those takes seconds."""
 
 
 def most_bytes(count: int) -> int:
-    """Return how many bytes a message about so many frames, joints or geometries may have."""
+    """Return the bytes that a message about so many frames, joints or geometries may have."""
     return _BYTES + _BYTES_PER_NAME * count
 
 

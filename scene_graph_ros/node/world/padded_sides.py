@@ -1,4 +1,4 @@
-"""What has a padding to something else, and the geometries that this means."""
+"""The sides of paddings, frames or geometries, and the geometries that these mean."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def geometry_paddings(
 ) -> list[tuple[Collection[GeometryId] | None, Collection[GeometryId] | None, float]]:
     """Return the geometries of both sides of each pair, None for all, and the padding (m).
 
-    What is named more exactly comes later, and of what is named alike the newest.
+    More exact names come later, and of equal ones the newest.
     """
     ordered = sorted(paddings.items(), key=lambda item: sum(map(_exactness, item[0])))
     return [

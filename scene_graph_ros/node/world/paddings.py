@@ -51,7 +51,7 @@ def set_padding(request: Any, response: Any, edit: Edit) -> None:
 
 
 def _side(name: str, names: SceneNames) -> PaddedSide:
-    """Return what a name means, a frame first; raises UnknownIdError, NameConflictError."""
+    """Return the frame or geometry of a name; raises UnknownIdError, NameConflictError."""
     if not name:
         return None
     try:

@@ -1,4 +1,4 @@
-"""A path that was planned, for those who show it and look whether it still holds."""
+"""A path that was planned, to be shown and proven again."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class PlannedPath:
     """A path of the robots of a scene, or a trajectory along one, as an action found it.
 
     ``configurations`` ``(n, nq)`` are of the positions ``position_names``, of which ``moving``
-    ``(k,)`` were to move. ``curves`` ``(n - 1, m, nq)`` are the control points of what leads from
+    ``(k,)`` were to move. ``curves`` ``(n - 1, m, nq)`` are the control points of the curves from
     each to the next. A trajectory passes them at ``times`` ``(n,)``, s. Paddings in metres.
     From configuration ``free_from`` on it was free; before, it leads out of a collision.
     """

@@ -27,7 +27,7 @@ __all__ = ["PlanningRobots"]
 class PlanningRobots:
     """All robots of one model, whose positions make one configuration ``(nq,)``.
 
-    ``positions``, ``groups`` and ``links`` are what the names of messages stand for.
+    ``positions``, ``groups`` and ``links`` resolve the names of messages.
     """
 
     def __init__(
@@ -91,7 +91,7 @@ class PlanningRobots:
         return self.model_version == snapshot.model_version
 
     def present(self, positions: Mapping[str, NDArray[np.float64]]) -> NDArray[np.float64]:
-        """Return where the robots are, as one configuration, of a world snapshot's positions."""
+        """Return the robots' configuration from a world snapshot's positions."""
         q = self.tree.zero_configuration()
         for name, (own, rows) in self._sources.items():
             q[rows] = positions[name][own]
@@ -104,7 +104,7 @@ class PlanningRobots:
         return (joint,) if joint in own else tuple(own)
 
     def robot_of(self, path: str) -> str:
-        """Return whose a joint is; the longest name counts where one begins with another."""
+        """Return a joint's robot; the longest name counts where one begins with another."""
         return max((n for n in self._sources if path.startswith(f"{n}/")), key=len)
 
     def carried(self, snapshot: Snapshot) -> dict[Any, tuple[int, NDArray[np.float64]]]:
@@ -139,7 +139,7 @@ def _as_bytes(bases: Mapping[str, NDArray[np.float64]]) -> dict[str, bytes]:
 
 
 def _followers(tree: KinematicTree) -> dict[str, Meaning]:
-    """Return what the positions of joints that mimic others mean."""
+    """Return the meanings of positions of joints that mimic others."""
     rows = {name: row for row, name in enumerate(tree.position_names)}
     found: dict[str, Meaning] = {}
     waiting = [joint for joint in tree.joints if joint.mimics]
@@ -167,7 +167,7 @@ def _followers(tree: KinematicTree) -> dict[str, Meaning]:
 def _rows(
     robot: str, own: tuple[str, ...], names: tuple[str, ...]
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return which of a robot's own positions go where; followers have none of their own."""
+    """Return a robot's own rows and the tree's rows of the same positions; followers have none."""
     known = {name: row for row, name in enumerate(names)}
     pairs = [(i, known[f"{robot}/{n}"]) for i, n in enumerate(own) if f"{robot}/{n}" in known]
     first, second = np.array(pairs, dtype=np.intp).reshape(-1, 2).T

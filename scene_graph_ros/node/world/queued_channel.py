@@ -124,7 +124,7 @@ class QueuedChannel(SourceChannel[Reading, SourceFrames]):
                 self._drop_superseded()
 
     def _drop_superseded(self) -> None:
-        """Keep what is worth reading alone, and have room for as many more."""
+        """Keep messages worth reading alone, and have room for as many more."""
         self._kept = list(self._worth_reading(self._kept))
         self._bytes = sum(len(message.data) for message in self._kept)
         self._most = max(self.queued, 2 * len(self._kept))
@@ -139,7 +139,7 @@ class QueuedChannel(SourceChannel[Reading, SourceFrames]):
         return taken
 
     def _worth_reading(self, kept: list[Kept]) -> list[Reading]:
-        """Return which messages are to be read, and count the others."""
+        """Return the messages to be read, and count the others."""
         if len(kept) == 1:
             return [self._reading(kept[0])]
         to_read = _ToRead(self._supersedes, self.queued)
@@ -158,7 +158,7 @@ class QueuedChannel(SourceChannel[Reading, SourceFrames]):
         return Reading(data, message.arrival, message.is_static, layout)
 
     def forget(self, after: int) -> None:
-        """Forget what is stamped later (ns) and not part of the world."""
+        """Forget messages that are stamped later (ns) and not part of the world."""
 
     def _heard(self, names: tuple[str, ...], arrival: int) -> None:
         """Take note that these were named by a message that arrived at a steady time (ns)."""
@@ -194,7 +194,7 @@ class QueuedChannel(SourceChannel[Reading, SourceFrames]):
         return applied
 
     def _count_known(self, frames: SourceFrames) -> int:
-        """Return how many names a message may have to speak of."""
+        """Return the number of names that a message may have."""
         return len(frames.names)
 
     @abstractmethod

@@ -1,7 +1,7 @@
-"""What moves a robot, and when each of it was heard last: its joints and its base. No rclpy.
+"""The motions of a robot, its joints and its base, and their newest stamps. No rclpy.
 
 A stamp belongs to a joint. A link is as old as the oldest moving joint between it and the world;
-what is static is left out, and a link that nothing moves is static itself.
+static ones are left out, and a link that nothing moves is static itself.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class RobotMotion:
     """The joints of a robot, and its base where that moves: positions, stamps, links.
 
     ``names`` are those of the joints that are not fixed, and BASE. ``stamps`` ``(n,)`` are the
-    newest ones, nanoseconds; ``is_static`` ``(n,)`` tells those that were sent by who sends once.
+    newest ones, nanoseconds; ``is_static`` ``(n,)`` marks those that were sent once for good.
     """
 
     def __init__(self, robot: LoadedRobot, *, has_moving_base: bool = False) -> None:
@@ -112,7 +112,7 @@ class RobotMotion:
                 self.kinematics.state = state
 
     def write(self, X_WL: NDArray[np.float64], names: Sequence[str], frames: SourceFrames) -> int:
-        """Put the links' frames where they are; return how many depend on what is named."""
+        """Put the links' frames in place; return how many depend on the named motions."""
         rows = self._rows_in(frames)
         there = rows >= 0
         frames.X_PF[rows[there]] = X_WL[there]
@@ -145,7 +145,7 @@ class _Trial:
 
 
 class MotionIntake:
-    """Judges what arrives about a robot's joints and base, and moves the robot by it."""
+    """Judges messages about a robot's joints and base, and moves the robot by them."""
 
     def __init__(self, intake: Intake, motion: RobotMotion) -> None:
         self.intake, self.motion = intake, motion
@@ -179,7 +179,7 @@ class MotionIntake:
         return trial.accepted
 
     def in_order(self, names: Sequence[str], stamp: int, limits: TimeLimits) -> list[int]:
-        """Return which of the names move at a stamp; count those that have a newer one."""
+        """Return the indices of names that move at a stamp; count those that have a newer one."""
         motion, kept = self.motion, []
         for i, name in enumerate(names):
             newest = int(motion.stamps[motion.rows[name]])
@@ -203,7 +203,7 @@ class MotionIntake:
     ) -> bool:
         """Work out the links with these joints moved; tell whether they are somewhere.
 
-        To be called inside a trial of the motion. ``names`` are what gets the stamp.
+        To be called inside a trial of the motion. ``names`` get the stamp.
         """
         motion = self.motion
         _, X_WL = motion.kinematics.link_poses(joints, positions)

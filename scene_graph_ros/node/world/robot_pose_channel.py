@@ -19,7 +19,7 @@ __all__ = ["Heard", "RobotPoseChannel"]
 
 
 class Heard(NamedTuple):
-    """What is the same for all poses of a message."""
+    """The data that all poses of a message share."""
 
     stamp: int
     frames: SourceFrames
@@ -45,11 +45,11 @@ class RobotPoseChannel(QueuedChannel):
 
     @abstractmethod
     def _part(self, name: str) -> str:
-        """Return which part a name of a message means."""
+        """Return the part that a name of a message means."""
 
     @abstractmethod
     def _problem(self, part: str, parent: str) -> tuple[Fault, str] | None:
-        """Say what is wrong with a pose of a part, given in ``parent``, whatever it is."""
+        """Return the fault of any pose of a part, given in ``parent``, or None."""
 
     @abstractmethod
     def _move(self, part: str, X: NDArray[np.float64], heard: Heard) -> bool:

@@ -1,7 +1,7 @@
 """A version of the scene, made ready while the one before it still counts. No rclpy here.
 
-`Edit` is a change in the making, on a copy of the model; `Scene` is what comes of it: the model
-with its sources, frames and names. Both are made without the world's lock. Only the poses, which
+`Edit` is a change in the making, on a copy of the model; `Scene` is its result: the model with its
+sources, frames and names. Both are made without the world's lock. Only the poses, which
 go on meanwhile, are brought over with the lock held.
 """
 
@@ -41,11 +41,11 @@ __all__ = ["Attachment", "Edit", "Scene", "SourceRecord"]
 
 @dataclass(frozen=True)
 class SourceRecord:
-    """What the node knows about a source beside the model: where its poses come from.
+    """A source beside the model: the origin of its poses.
 
     ``pose_type`` "" means that no poses are read. ``robot`` computes link poses for JointState,
     ``motion`` has when its joints were heard. ``interpolates``: TF is composed at one time.
-    ``description`` is where a robot's description comes from, None where a file has it.
+    ``description`` is the origin of a robot's description, None where a file has it.
     """
 
     id: Any
@@ -63,7 +63,7 @@ class SourceRecord:
 class Attachment:
     """A frame that a robot's link carries.
 
-    ``parent`` is what it hung on, and hangs on again; ``pairs`` are filtered as long as it is
+    ``parent`` is its former and later parent; ``pairs`` are filtered as long as it is
     carried.
     """
 
@@ -154,7 +154,7 @@ class Edit:
     def bring_renderer(self, name: str, engine: Renderer) -> None:
         """Add a renderer for cameras of a request, unless there is one of that name and kind.
 
-        Raises NameConflictError where it is another, and what ``add_renderer`` raises.
+        Raises NameConflictError where it is another, and the errors of ``add_renderer``.
         """
         if not self.scene_graph.has_renderer(name):
             self.scene_graph.add_renderer(name, engine)
@@ -163,7 +163,7 @@ class Edit:
             raise NameConflictError(f"there is another renderer named {quoted(name)} already")
 
     def drop_unused_renderers(self) -> None:
-        """Remove what requests brought along and no camera has any more."""
+        """Remove renderers that requests brought along and no camera has any more."""
         used = {each.camera.core.renderer_name for each in self.cameras.values()}
         for name in self.brought_renderers - used:
             self.scene_graph.remove_renderer(name)
@@ -180,7 +180,7 @@ class Edit:
     def add_source(self, name: str, *, token: int, **values: Any) -> SourceRecord:
         """Register a source in the model and on record; raises NameConflictError if taken.
 
-        Raises InvalidNameError for what can't be a source's name.
+        Raises InvalidNameError for a text that can't be a source's name.
         """
         # The core would choose a name where there is none.
         canonical = canonical_name("source", name)
@@ -191,13 +191,13 @@ class Edit:
 
 
 class Scene:
-    """The model between two edits; of what is in it only the poses change.
+    """The model between two edits; only its poses change.
 
     Frames of a source that an edit leaves as they are, are the same object before and after it.
     """
 
     def __init__(self, edit: Edit, before: Scene | None, *, world_frame: str) -> None:
-        """Make what ``edit`` ended with ready; `take_poses` before it is used."""
+        """Make the result of ``edit`` ready; `take_poses` before it is used."""
         self.scene_graph, self.records = edit.scene_graph, edit.records
         self.handles: Mapping[str, Handle] = edit.handles
         self.filter_owners, self.effects_off = edit.filter_owners, frozenset(edit.effects_off)
@@ -252,7 +252,7 @@ class Scene:
         )
 
     def take_poses(self, before: Scene | None) -> None:
-        """Put all frames and what deforms where they are in the scene before, by now."""
+        """Put all frames and vertices where they are in the scene before, by now."""
         for name, frames in self.frames.items():
             old = None if before is None else before.frames.get(name)
             if old is not None and old is not frames:

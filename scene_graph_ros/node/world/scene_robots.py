@@ -1,4 +1,4 @@
-"""The robots of a version of the scene, and what planning asks about them."""
+"""The robots of a version of the scene, and their models for planning."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class SceneRobots:
     def planning(
         self, snapshot: Snapshot, bases: Mapping[str, NDArray[np.float64]]
     ) -> PlanningRobots:
-        """Return what planning asks about the robots, made once for the model of ``snapshot``.
+        """Return the robots as planning sees them, made once for the model of ``snapshot``.
 
         Where a robot stands elsewhere, by its base ``(4, 4)``, all but that is used again. Imports
         planning.

@@ -44,7 +44,7 @@ class Described:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What was odd about the text."""
+        """Oddities of the text."""
         return self.loaded.warnings
 
     def count(self) -> None:
@@ -72,8 +72,8 @@ class SceneLoader:
     ) -> None:
         """``package_paths`` are folders separated by colons.
 
-        ``effect_names`` are the effects that a scene may switch off; ``texts`` has what files say
-        that are not to be read, by their paths: then no file with a token is read or made either.
+        ``effect_names`` are the effects that a scene may switch off; ``texts`` has the texts of
+        files that are not to be read, by path: then no file with a token is read or made either.
         Requests name texts below ``folders``, and those that packages share; None: anywhere.
         ``holds_meshes`` is whether meshes and pictures of requests have to lie there, too.
         """
@@ -155,10 +155,10 @@ class SceneLoader:
         return Handle(new_token(), Claim.OPEN if source.is_claimable else Claim.CLOSED)
 
     def describe(self, edit: Edit, name: str, text: str) -> Described:
-        """Have a robot of the scene become as the text of a URDF says.
+        """Replace a robot of the scene by the one of a URDF's text.
 
-        Its source stays what it is, and so do positions of joints that it had before. Raises
-        SceneFileError, and what the scene graph raises; UnknownIdError where it is gone.
+        Its source stays, and so do positions of joints that it had before. Raises
+        SceneFileError, and the scene graph's errors; UnknownIdError where it is gone.
         """
         # What attaches frames is imported by those who do.
         from scene_graph_ros.node.world.attaching import let_go_of
@@ -212,7 +212,7 @@ class SceneLoader:
         handle: Handle | None = None,
         old: SourceRecord | None = None,
     ) -> SourceRecord:
-        """Put a source on record, with a handle or a new one; ``old`` is what it was before."""
+        """Put a source on record, with a handle or a new one; ``old`` is its former record."""
         if source.pose_type:
             self._check_pose_type(source.pose_type)
         robot, motion = source.robot, None

@@ -1,6 +1,6 @@
 """Topics of sources: messages stay bytes until the next update, and are judged then.
 
-What is the same for poses and for configurations of deformable geometry.
+The common part of poses and configurations of deformable geometry.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ T = TypeVar("T")
 
 
 class SourceChannel(ABC, Generic[K, T]):
-    """Messages of one type of a source, which move what the source has of one kind."""
+    """Messages of one type of a source, which move one kind of its objects."""
 
     noun = "poses"
     """The word for what comes; of each source there is one channel for it."""
@@ -73,7 +73,7 @@ class SourceChannel(ABC, Generic[K, T]):
 
     @abstractmethod
     def _worth_reading(self, kept: list[Kept]) -> Sequence[K]:
-        """Return which messages are to be read, and count the others."""
+        """Return the messages to be read, and count the others."""
 
     def apply(self, kept: list[Kept], target: T, limits: TimeLimits) -> int | None:
         """Apply messages; return when the oldest that moved something arrived, None if none."""
@@ -109,7 +109,7 @@ def apply_kept(
     target: Callable[[], T | None],
     limits: TimeLimits,
 ) -> int | None:
-    """Apply what a channel kept; return when the oldest arrived that moved something, or None.
+    """Apply a channel's messages; return when the oldest arrived that moved something, or None.
 
     Where ``record`` is not the channel's any more, or there is no ``target()``, it is forgotten.
     """
@@ -180,7 +180,7 @@ class Channels(Generic[C]):
         self.follow({})
 
     def look(self) -> None:
-        """See what publishers offer that came or went since."""
+        """Look at the publishers that came or went since."""
         for channel in self._open.values():
             for readers in channel.readers:
                 self._topics.look(readers)
@@ -249,7 +249,7 @@ class Inputs(ABC, Generic[C]):
 
     @property
     def noun(self) -> str:
-        """The word for what comes."""
+        """The word for the messages' content."""
         return self._noun
 
     @property
@@ -263,7 +263,7 @@ class Inputs(ABC, Generic[C]):
         return [r for channel in self._channels for readers in channel.readers for r in readers]
 
     def look(self) -> None:
-        """See what publishers offer that came or went since."""
+        """Look at the publishers that came or went since."""
         self._channels.look()
 
     def refresh(self) -> None:
@@ -281,7 +281,7 @@ class Inputs(ABC, Generic[C]):
             channel.take()
 
     def collect(self, limits: TimeLimits) -> tuple[set[str], int | None]:
-        """Write what has arrived into the world; hold the world's lock.
+        """Write messages that have arrived into the world; hold the world's lock.
 
         Returns the sources that moved something and the steady time when the oldest applied
         message arrived.
@@ -306,7 +306,7 @@ class Inputs(ABC, Generic[C]):
 
     @abstractmethod
     def _target(self, name: str) -> Any:
-        """Return what messages of a source are written into, None where there is nothing."""
+        """Return the target of a source's messages, None where there is nothing."""
 
     @abstractmethod
     def _make(self, record: SourceRecord) -> C:

@@ -40,7 +40,7 @@ TF = "tf2_msgs/msg/TFMessage"
 
 
 class Sender(Protocol):
-    """What is known of a source: empty topics are the default ones, no type means no poses."""
+    """A source: empty topics are the default ones, no type means no poses."""
 
     @property
     def name(self) -> str:
@@ -126,7 +126,7 @@ def topics_of(senders: Iterable[Sender], deforming: Container[str]) -> dict[Sour
 
 
 def _of_robot(sender: Sender) -> list[tuple[str, str, str]]:
-    """Return what a robot's joint states leave to others: noun, topic or "", type."""
+    """Return a robot's topics beside its joint states: noun, topic or "", type."""
     base = base_topic(sender)
     base_type = (sender.robot.moving_base.type or TF) if base else ""
     return [

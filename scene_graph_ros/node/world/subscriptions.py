@@ -40,7 +40,7 @@ class Subscriptions:
         changed: Callable[[], None],
         describe: Describe,
     ) -> None:
-        """``describe`` takes a source's name, the text of its robot, and whom to tell."""
+        """``describe`` takes a source's name, the text of its robot, and a callback."""
         self._poses = [
             PoseInputs(node, world, group, changed, noun)
             for noun in (POSES, BASE_POSES, JOINT_POSES)

@@ -39,7 +39,7 @@ _PATIENCE = 1_000_000_000
 
 
 class TfReader(QueuedChannel):
-    """A tree of transforms, and what is placed by it at each update."""
+    """A tree of transforms, by which frames are placed at each update."""
 
     queued = 1024
 
@@ -65,7 +65,7 @@ class TfReader(QueuedChannel):
         self._found.clear()
 
     def apply(self, kept: list[Kept], target: SourceFrames, limits: TimeLimits) -> int | None:
-        """Take transforms into the tree, and place by it what there is to place."""
+        """Take transforms into the tree, and place frames by it."""
         self._fresh = 0
         arrival = super().apply(kept, target, limits)
         if target is not self._owner:
@@ -95,7 +95,7 @@ class TfReader(QueuedChannel):
         return self._take(poses_from_tf(message), limits, is_static=kept.is_static)
 
     def _take(self, batch: PoseBatch, limits: TimeLimits, *, is_static: bool) -> int:
-        """Take what a message says into the tree; return how many transforms were new."""
+        """Take a message into the tree; return the number of new transforms."""
         for refused in batch.refused:
             self.intake.refused(refused)
         used, count = limits.of_static() if is_static else limits, 0
@@ -124,7 +124,7 @@ class TfReader(QueuedChannel):
 
     @abstractmethod
     def _wanted(self, frames: SourceFrames) -> Iterable[tuple[str, str]]:
-        """Return what is to be placed, and in which frame: names as TF has them."""
+        """Return the frames to place, and the frames to place them in: names as TF has them."""
 
     @abstractmethod
     def _moved(

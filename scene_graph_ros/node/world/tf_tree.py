@@ -167,7 +167,7 @@ class TfTree:
                 del self._edges[frame]
 
     def forget(self, after: int) -> None:
-        """Forget what is stamped later than ``after`` and moves: the clock jumped back."""
+        """Forget moving transforms stamped later than ``after``: the clock jumped back."""
         self._looked = min(self._looked, after)
         for frame, edge in list(self._edges.items()):
             if edge.is_static:
@@ -179,7 +179,7 @@ class TfTree:
                 del self._edges[frame]
 
     def place(self, frame: str, base: str) -> Placed:
-        """Return where a frame is in another one, ``base``.
+        """Return the pose of a frame in another one, ``base``.
 
         Raises MissingTransformError naming the frame whose transform is not there.
         """

@@ -90,9 +90,9 @@ class WorldSnapshot:
     ``records`` are its sources by name, ``deforming`` the names of those with deformable geometry,
     ``cameras`` the cameras by name, also those whose frame is gone.
     ``stamp`` is the newest stamp among its poses, ``stamps`` has those of each source's frames;
-    nanoseconds of the node's clock, STATIC for what never gets old. ``arrival`` is when the oldest
-    message that this update applied arrived, nanoseconds of the steady clock; None where no
-    message led to it.
+    nanoseconds of the node's clock, STATIC for those that never get old. ``arrival`` is when the
+    oldest message that this update applied arrived, nanoseconds of the steady clock; None where
+    no message led to it.
     ``robots`` are those of its scene, ``positions`` of each the joints' positions, by name of the
     source, in the order of its ``kinematics.position_names``, ``bases`` where its root link is.
     """
@@ -113,10 +113,10 @@ class WorldSnapshot:
     _turns: dict[Hashable, threading.Lock] = field(default_factory=dict, repr=False)
 
     def ask(self, question: Callable[..., T], *arguments: Hashable) -> T:
-        """Return what a method of ``QueryObject`` answers about this snapshot.
+        """Return the answer of a method of ``QueryObject`` about this snapshot.
 
-        Whoever asks the same while a thread is at it waits for its answer, which the query
-        remembers: to compute it twice side by side would take longer for both.
+        A thread that asks the same as another waits for its answer, which the query remembers: to
+        compute it twice side by side would take longer for both.
         """
         with self._turns.setdefault((question, arguments), threading.Lock()):
             return question(self.query, *arguments)
@@ -170,7 +170,7 @@ class World:
         check: Callable[[Edit, WorldSnapshot], None] = _allow,
         precedence: Precedence | None = None,
     ) -> None:
-        """``check`` raises for what an edit must not do to the world as it was in the snapshot.
+        """``check`` raises for an edit that must not be made of the world of the snapshot.
 
         While ``precedence`` is held, the world is updated: edits stand back between their steps.
         Raises UnsupportedPairError for two half spaces of ``scene_graph`` that would be checked.
@@ -244,9 +244,9 @@ class World:
 
         One edit is made after another, and beside them poses go on: ``change`` and ``prepare``
         may take long. ``prepare`` gets the scene as it is going to be, before it counts; ``done``
-        gets what ``change`` returned when it does, before poses go on.
-        Returns what ``change`` returned and the snapshot that has the change in it. Raises
-        UnsupportedPairError for two half spaces that would be checked, and what ``check`` raises.
+        gets the result of ``change`` when it does, before poses go on.
+        Returns the result of ``change`` and the snapshot that has the change in it. Raises
+        UnsupportedPairError for two half spaces that would be checked, and errors of ``check``.
         """
         with self._editing, calling_between_steps(self._precedence.stand_back):
             before = self._scene
