@@ -57,7 +57,7 @@ def scene_camera_from_msg(msg: SceneCamera, source: str, renderer: str) -> Camer
     Nor is whether there is the renderer that it names, ``renderer`` if it names none.
 
     Raises MessageError, naming the camera, for a lens, ranges and a pose that no camera has, and
-    what CameraDescription raises.
+    the errors of CameraDescription.
     """
     try:
         camera, X_PC = camera_from_msg(msg.description, msg.renderer or renderer)
@@ -69,7 +69,7 @@ def scene_camera_from_msg(msg: SceneCamera, source: str, renderer: str) -> Camer
 
 
 def scene_camera_to_msg(camera: CameraDescription) -> SceneCameraInfo:
-    """Return what a camera of the scene is, so that registering it again makes the same."""
+    """Return the description of a camera; registering it again makes the same."""
     core, depth_range = camera.camera.core, camera.camera.depth_range
     lens, clipping = core.intrinsics, core.clipping
     return SceneCameraInfo(

@@ -1,4 +1,4 @@
-"""What cameras see, compressed, as subscribers of ``image_transport`` read it.
+"""Images of cameras, compressed, as subscribers of ``image_transport`` read them.
 
 Colours, labels and whole millimetres come without any loss. Depths in metres are sent as 16-bit
 inverse depths, which is the only way that the transport ``compressedDepth`` has for them: numbers

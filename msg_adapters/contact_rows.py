@@ -1,7 +1,7 @@
 """The contacts of ``ContactArray``, of each kind: pairs of ids, and numbers as messages have them.
 
-What is summed over a surface is summed here, by columns; a row becomes a message, or is written
-into the bytes of one.
+Sums over a surface are made here, by columns; a row becomes a message, or is written into the
+bytes of one.
 """
 
 from __future__ import annotations

@@ -43,7 +43,7 @@ def triangle_marker(scale: float, frame_id: str) -> Marker:
 
 
 def deletion_marker(scale: float, frame_id: str, stamp_ns: int) -> Marker:
-    """Return what takes the marker of a scale away."""
+    """Return the deletion of the marker of a scale."""
     return Marker(
         header=header_to_msg(stamp_ns, frame_id),
         ns=pressure_namespace(scale),

@@ -84,7 +84,7 @@ def contact_markers_to_msg(
 
     Lengths are in metres. The line points out of B into A and is as long as ``normal_length``, or
     as the depth where that is larger, so that it ends outside the overlap. There are two markers,
-    whatever the number of contacts; without contacts they delete what was shown.
+    for any number of contacts; without contacts they delete the ones before.
     """
     header = header_to_msg(stamp_ns, frame_id)
     count = len(table.depth)

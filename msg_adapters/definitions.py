@@ -1,4 +1,4 @@
-"""What messages are made of, as text, for programs that have not installed them."""
+"""Definitions of messages, as text, for programs that have not installed them."""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ FloatArray = NDArray[np.float64]
 
 
 def volume_mesh_from_msg(msg: VolumeMeshMsg) -> VolumeMesh:
-    """Return the mesh. Raises MessageError for lengths, MeshError for what is no volume mesh."""
+    """Return the mesh. Raises MessageError for lengths, MeshError for a mesh without volume."""
     vertices = rows_from_msg(msg.vertices, 3, "vertices")
     if len(msg.tetrahedra) % 4:
         raise MessageError(f"tetrahedra has {len(msg.tetrahedra)} entries, no multiple of 4")
@@ -63,7 +63,7 @@ def volume_mesh_to_msg(mesh: VolumeMesh) -> VolumeMeshMsg:
 
 
 class DeformableDescription(NamedTuple):
-    """What a request says of a deformable geometry to register."""
+    """A deformable geometry to register."""
 
     instance: GeometryInstance
     resolution_hint: float | None

@@ -55,7 +55,7 @@ def diagnostic_array_to_msg(
 
 
 def effect_to_msg(report: Any) -> EffectStatus:
-    """Return what the node's ``EffectReport`` tells about one effect."""
+    """Return the status of one effect from the node's ``EffectReport``."""
     return EffectStatus(
         name=report.name,
         is_on=bool(report.is_on),

@@ -1,4 +1,4 @@
-"""What can be wrong with a request beside what the core refuses."""
+"""Errors of requests beside the core's own."""
 
 from scene_graph_ros.geometry.errors import SceneGraphError
 

@@ -1,4 +1,4 @@
-"""What cameras see as messages: images, clouds of points, and the camera beside them.
+"""Images of cameras as messages: images, clouds of points, and the camera beside them.
 
 Encodings are those of REP-118, depths without a distance those of REP-117, and the camera's
 numbers those of REP-104. All is in the optical frame of REP-103: x right, y down, z ahead.
@@ -33,7 +33,7 @@ _FIELD_TYPES = {"f": PointField.FLOAT32, "u": PointField.UINT32}
 
 
 class ImageForm(NamedTuple):
-    """One way to send what a camera sees."""
+    """One form of a camera's image in messages."""
 
     kinds: frozenset[ImageKind]
     """The images of the core that it is made of."""

@@ -1,4 +1,4 @@
-"""What the labels in a camera's images stand for."""
+"""The meanings of the labels in a camera's images."""
 
 from __future__ import annotations
 

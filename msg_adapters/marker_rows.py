@@ -1,4 +1,4 @@
-"""Rows of markers: what is drawn, with the plates that stand for half spaces in their places."""
+"""Rows of markers: the drawn items, with the plates that stand for half spaces in their places."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def marker_id(geometry_id: int) -> int:
 
 
 class MarkerRows(Shown):
-    """What viewers of markers were shown; row i of all poses belongs to item i."""
+    """The items that viewers of markers see; row i of all poses belongs to item i."""
 
     def place(self, rows: NDArray[np.int64], X_WG: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the poses of the markers of some rows, ascending, and take them as shown."""

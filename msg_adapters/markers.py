@@ -2,7 +2,7 @@
 
 A marker is known to viewers by ``(ns, id)``: ns is ``<role>/<source>/<frame>`` and id comes from
 the geometry's id, so both stay the same as long as the geometry lives. ``SceneMarkers`` keeps
-the marker objects of a scene and only writes poses into them; what does not change is built once.
+the marker objects of a scene and only writes poses into them; all else is built once.
 """
 
 from __future__ import annotations
@@ -188,7 +188,7 @@ class SceneMarkers:
         self._order: list[Marker] = []
 
     def set_items(self, items: Iterable[DrawItem]) -> None:
-        """Take over which geometries there are; what vanished is left for ``deletions``.
+        """Take over the list of geometries; vanished ones are left for ``deletions``.
 
         Nothing changes where a mesh can't be read, which raises MeshError or InvalidShapeError.
         """

@@ -22,10 +22,10 @@ def triangle_points_to_msg(mesh: Triangles) -> list[Point]:
 
 
 def resource_uri(path: Path, package_shares: Mapping[str, Path] | None = None) -> str:
-    """Return where a viewer finds the file: ``package://`` if a package holds it, else ``file://``.
+    """Return the address of a file for viewers: ``package://`` if a package holds it, else ``file://``.
 
     ``package_shares`` maps package names to their share folders; a viewer on another machine
-    finds only what is in a package.
+    finds only files of packages.
     """
     for name, share in (package_shares or {}).items():
         if path.is_relative_to(share):

@@ -1,4 +1,4 @@
-"""What messages call things: ids and paths to the core's ids, and back.
+"""Names in messages: ids and paths to the core's ids, and back.
 
 A geometry's path is ``<source>/<frame>/<name>``, a frame's ``<source>/<frame>``. A bare name does
 where only one thing in the scene is called so. A leading slash is passed over, as no name begins
@@ -42,7 +42,7 @@ class SceneNames:
         """Take the names that ``inspector``, which must not change any more, knows.
 
         Of things that are as in the scene ``before``, the messages that name them are the same
-        objects: who keeps something with a name can tell by that whether it still holds.
+        objects: by that one can tell whether something kept with a name still holds.
         """
         self._inspector = inspector
         self._names: dict[int, GeometryName] = {}

@@ -1,8 +1,8 @@
 """Poses: messages of geometry_msgs, sensor_msgs and tf2_msgs to and from ``(n, 4, 4)`` arrays.
 
 Messages hold positions in metres and quaternions in the order x, y, z, w. A batch that comes from
-outside is never refused as a whole because one pose in it is bad: what is bad is listed beside
-what is good.
+outside is never refused as a whole because one pose in it is bad: bad ones are listed beside the
+good ones.
 """
 
 from __future__ import annotations
@@ -148,7 +148,7 @@ def pose_batch(
     stamps_ns: Sequence[int] | NDArray[np.int64],
     components: Sequence[tuple[float, ...]] | NDArray[np.float64],
 ) -> PoseBatch:
-    """Return the valid poses among rows of x, y, z, qx, qy, qz, qw, and what is refused.
+    """Return the valid poses among rows of x, y, z, qx, qy, qz, qw, and the refused ones.
 
     Names are taken without a leading slash. A frame that comes twice with one stamp counts once
     where both say the same, else it is refused; with several stamps all count, the oldest first.
@@ -187,7 +187,7 @@ def _once(
 ) -> tuple[
     tuple[str, ...], tuple[str, ...], NDArray[np.int64], NDArray[np.float64], list[RefusedPose]
 ]:
-    """Return the fields of a batch by stamp, each frame once at each, and what is refused."""
+    """Return the fields of a batch by stamp, each frame once at each, and the refused ones."""
     refused: list[RefusedPose] = []
     kept: list[int] = []
     for stamp in sorted(set(stamps.tolist())):
@@ -296,7 +296,7 @@ def joints_from_msg(msg: JointState) -> JointBatch:
 def joints_from_components(
     names: tuple[str, ...], positions: NDArray[np.float64], stamp_ns: int
 ) -> JointBatch:
-    """Return the usable ones of joint positions ``(n,)``, rad or m, and what is refused."""
+    """Return the usable ones of joint positions ``(n,)``, rad or m, and the refused ones."""
     if are_usable_joints(positions):
         return JointBatch(names, positions, stamp_ns, ())
     refused, good = [], []

@@ -59,7 +59,7 @@ Configuration = dict[FrameId, NDArray[np.float64]]
 
 
 class Options(NamedTuple):
-    """What a request says beside its own arguments."""
+    """The options of a request beside its own arguments."""
 
     configurations: tuple[Configuration, ...]
     """At least one; ``({},)`` is the world as it is."""
@@ -182,7 +182,7 @@ def points_from_msg(values: Sequence[float] | array) -> NDArray[np.float64]:
 
 
 def configuration_start_to_msg(tables: Iterable[Any]) -> array:
-    """Return where the rows of each table start when all are put behind one another."""
+    """Return the first row of each table when all are put behind one another."""
     return uint64s_to_msg(np.cumsum([0, *(len(table) for table in tables)]))
 
 

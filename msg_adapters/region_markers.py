@@ -38,7 +38,7 @@ FACES, EDGES, WORDS, SHARED = range(4)
 
 
 class RegionForm(NamedTuple):
-    """What is drawn of a region, in the world."""
+    """The drawing of a region, in the world."""
 
     triangles: Triangles
     edges: NDArray[np.float64]
@@ -48,7 +48,7 @@ class RegionForm(NamedTuple):
 
 
 def region_form(corners: NDArray[np.float64]) -> RegionForm:
-    """Return what is drawn of the hull of corners ``(m, 3)``, m > 0; a flat one is a sheet."""
+    """Return the drawing of the hull of corners ``(m, 3)``, m > 0; a flat one is a sheet."""
     hull = convex_hull(corners)
     fans = [
         (face[0], first, second) for face in hull.faces for first, second in pairwise(face[1:])
@@ -103,7 +103,7 @@ def region_markers_to_msg(
 
 
 def region_deletions_to_msg(name: str, *, stamp_ns: int, frame_id: str) -> list[Marker]:
-    """Return what takes the markers of a region away."""
+    """Return the deletions of a region's markers."""
     header = header_to_msg(stamp_ns, frame_id)
     return [
         Marker(header=header, ns=_group(name), id=identity, action=Marker.DELETE)

@@ -26,7 +26,7 @@ _MOST_WAYS = 1000
 
 
 class RegionTrajectoryRules(NamedTuple):
-    """What options say of growing and of the way, checked."""
+    """Options of growing and of the trajectory, checked."""
 
     growing: dict[str, Any]
     """Of `IrisZoOptions`."""
@@ -39,7 +39,7 @@ class RegionTrajectoryRules(NamedTuple):
 
 
 def rules_from_msg(message: RegionTrajectoryOptions, field: str) -> RegionTrajectoryRules:
-    """Return what options say, but for which regions; raises MessageError naming the field."""
+    """Return the options but for the regions; raises MessageError naming the field."""
 
     def between(name: str, low: float, high: float, words: str) -> float:
         value = float(getattr(message, name))

@@ -47,7 +47,7 @@ def point_from_msg(msg: Point, field: str) -> NDArray[np.float64]:
 def region_from_msg(
     a: Sequence[float], b: Sequence[float], field_a: str, field_b: str
 ) -> HPolyhedron:
-    """Return the polyhedron with these faces; raises MessageError for what is none.
+    """Return the polyhedron with these faces; raises MessageError for faces of none.
 
     Normals and sides must be numbers up to the largest coordinate; a normal of 0 is no face.
     """
@@ -76,7 +76,7 @@ def region_to_msg(name: str, region: HPolyhedron) -> Region:
 
 
 def outcome_of(cuts: Iterable[RegionCut]) -> int:
-    """Return what a region is, by what reaches into it."""
+    """Return the outcome of a region from the obstacles in it."""
     proven = [cut.is_proven for cut in cuts]
     if not proven:
         return int(RegionArray.FREE)
@@ -86,7 +86,7 @@ def outcome_of(cuts: Iterable[RegionCut]) -> int:
 def region_cuts_to_msg(
     cuts_of_rows: Sequence[Sequence[RegionCut]], names: SceneNames | None
 ) -> RegionCutTable:
-    """Return what reaches into regions, row by row; without ``names`` the legend stays empty."""
+    """Return the obstacles in regions, row by row; without ``names`` the legend stays empty."""
     cuts = [cut for row in cuts_of_rows for cut in row]
     ids = np.array([int(cut.geometry_id) for cut in cuts], dtype=np.int64)
     points = np.array([cut.point for cut in cuts]).reshape(-1)
@@ -108,7 +108,7 @@ def region_array_to_msg(
     frame_id: str,
     scene_version: int,
 ) -> RegionArray:
-    """Return regions by name, with what reaches into each."""
+    """Return regions by name, with the obstacles in each."""
     ordered: list[tuple[str, Any]] = sorted(regions.items())
     return RegionArray(
         header=header_to_msg(stamp_ns, frame_id),

@@ -20,10 +20,10 @@ _DEFAULT = TracedRenderEngine()
 
 
 def renderer_from_msg(msg: RendererDescription, label: str) -> RenderEngine:
-    """Return the renderer that a request describes; ``label`` is what messages call it.
+    """Return the renderer that a request describes; ``label`` is its name in messages.
 
     Raises MessageError for a type that requests can't have and for more samples than they may ask
-    for, and what ``renderer_from_text`` raises.
+    for, and the errors of ``renderer_from_text``.
     """
     if msg.type == "gltf_client":
         raise MessageError(
@@ -47,7 +47,7 @@ def renderer_from_msg(msg: RendererDescription, label: str) -> RenderEngine:
 
 
 def renderer_to_msg(name: str, engine: Renderer) -> RendererDescription:
-    """Return what a renderer of the scene is, so that describing it again makes the same."""
+    """Return the description of a renderer; it makes the same again."""
     kind, parameters = renderer_to_text(engine)
     return RendererDescription(name=name, type=kind, parameters=parameters)
 

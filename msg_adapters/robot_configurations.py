@@ -56,7 +56,7 @@ class Meaning(NamedTuple):
 
 
 class RobotNames:
-    """What robots have, by ``<robot>/<name>``; ``<name>`` where only one of them has it.
+    """Parts of robots by ``<robot>/<name>``; ``<name>`` where only one of them has it.
 
     Leading slashes are passed over.
     """
@@ -68,7 +68,7 @@ class RobotNames:
         robots: Iterable[str],
         followers: Mapping[str, Meaning] = MappingProxyType({}),
     ) -> None:
-        """``names`` begin with one of the robots' and a slash; ``noun`` is what they name.
+        """``names`` begin with one of the robots' and a slash; ``noun`` is their kind.
 
         ``followers`` are other names of theirs: joints that mimic others.
         """
@@ -99,7 +99,7 @@ class RobotNames:
         return f" (there {'is' if len(self.names) == 1 else 'are'} {listed})"
 
     def row(self, name: str, field: str) -> int:
-        """Return which one a name of a message's field means.
+        """Return the row of the part that a name of a message's field means.
 
         Raises UnknownIdError for a name that no robot has, NameConflictError for one of several.
         """
@@ -124,7 +124,7 @@ class RobotNames:
 
 
 def count_rows(msg: RobotConfigurations) -> int:
-    """Return how many configurations a message has, if it is well-formed."""
+    """Return the number of configurations of a message, if it is well-formed."""
     return len(msg.positions) // len(msg.names) if len(msg.names) else 1
 
 
@@ -134,9 +134,9 @@ def configurations_from_msg(
     """Return configurations ``(n, nq)``; positions without a name are those of ``present``.
 
     Without names it is the present one, ``(1, nq)``. A joint that mimics another says where that
-    is. What is said twice counts where it agrees, of joints that move as one within `AS_ONE`.
+    is. A position given twice counts where both agree, of joints that move as one within `AS_ONE`.
     Raises UnknownIdError or NameConflictError for a name, MessageError for lengths that don't fit,
-    what is not finite, or beyond all scenes, and what contradicts itself, naming ``field``.
+    numbers that are not finite, or beyond all scenes, and contradictions, naming ``field``.
     """
     if not len(msg.names):
         if len(msg.positions):
@@ -210,7 +210,7 @@ def configurations_to_msg(
 
 
 def padding_from_msg(value: float, field: str) -> float:
-    """Return a padding in metres; raises MessageError for what is no length of a scene."""
+    """Return a padding in metres; raises MessageError for one beyond lengths of scenes."""
     if not abs(value) <= MAX_COORDINATE:
         raise MessageError(f"{field} must be a number up to {MAX_COORDINATE:g}, not {value}")
     return float(value)

@@ -1,4 +1,4 @@
-"""What a scene is made of: registration requests to the core's objects, and descriptions back."""
+"""Parts of a scene: registration requests to the core's objects, and descriptions back."""
 
 from __future__ import annotations
 
@@ -251,6 +251,6 @@ def marker_items(
     *,
     mesh_hulls: bool = False,
 ) -> list[DrawItem]:
-    """Return what to draw for geometries with ``role``, in their order: see ``draw_items``."""
+    """Return the drawings of geometries with ``role``, in their order: see ``draw_items``."""
     ids = [names.geometry_id(int(value)) for value in geometry_ids]
     return draw_items(inspector, role, ids, mesh_hulls=mesh_hulls)

@@ -125,7 +125,7 @@ def _faces(triangles: Sequence[int], name: str) -> NDArray[np.int64] | None:
 
 
 def shape_kind_to_msg(shape: Shape) -> int:
-    """Return the constant of ``scene_graph_msgs/Shape`` that says what a shape is."""
+    """Return the constant of ``scene_graph_msgs/Shape`` for a shape's kind."""
     return _KINDS[shape.kind]
 
 

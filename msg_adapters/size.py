@@ -15,9 +15,9 @@ _SCALAR = 8
 
 
 def size_of(value: Any) -> int:
-    """Return how many bytes a message, or a field of one, takes about.
+    """Return about how many bytes a message, or a field of one, takes.
 
-    Texts and arrays count as what they hold; it is what can be large.
+    Texts and arrays count as their contents, which can be large.
     """
     if isinstance(value, (array, np.ndarray)):
         return _SCALAR + len(value) * value.itemsize

@@ -36,7 +36,7 @@ def stamp_from_msg(stamp: Time) -> int:
 
 
 def checked_stamp_from_msg(stamp: Time) -> int:
-    """Return nanoseconds since the clock's epoch; raises MessageError for what is no time."""
+    """Return nanoseconds since the clock's epoch; raises MessageError for an invalid stamp."""
     problem = stamp_problem(stamp)
     if problem:
         raise MessageError(f"the stamp is no time: {problem}")

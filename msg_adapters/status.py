@@ -56,9 +56,9 @@ def ok_status() -> Status:
 
 
 def status_from_exception(error: BaseException) -> Status:
-    """Return the status that tells the caller what ``error`` means.
+    """Return the status for the caller of ``error``.
 
-    The most derived class in the table decides. What is in no table is a fault of the node:
+    The most derived class in the table decides. An error in no table is a fault of the node:
     INTERNAL_ERROR, without the details, which belong into the log.
     """
     for base in type(error).__mro__:

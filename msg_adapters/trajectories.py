@@ -31,7 +31,7 @@ _RATES = ("velocities", "accelerations")
 def joint_trajectory_to_msg(names: Sequence[str], points: TrajectoryPoints) -> JointTrajectory:
     """Return points of joints by name, to be executed at once: the stamp is zero.
 
-    All numbers are there as they are. Raises OverflowError for times beyond what a message holds.
+    All numbers are there as they are. Raises OverflowError for times that no message can hold.
     """
     rates = [(name, getattr(points, name)) for name in _RATES]
     given = [(name, values) for name, values in rates if values is not None]
@@ -54,7 +54,7 @@ def joint_trajectory_from_msg(
 
     Raises MessageError for no points, numbers that are not as many as joints, rates that only some
     points have, and efforts, which would be lost; TrajectoryError for times that do not grow and
-    what is not finite.
+    numbers that are not finite.
     """
     names, points = tuple(message.joint_names), message.points
     if not points:
@@ -89,10 +89,10 @@ def motion_limits_from_msg(
     positions: NDArray[np.intp],
     field: str,
 ) -> MotionLimits:
-    """Return the limits of some positions ``(k,)`` of a tree, which ``names`` are about.
+    """Return the limits of some positions ``(k,)`` of a tree, by their ``names``.
 
     Raises UnknownIdError or NameConflictError for a name, MessageError for lengths that do not
-    fit, TrajectoryError for what is no limit and for positions without one.
+    fit, TrajectoryError for values that are no limits and for positions without one.
     """
     meanings = [names.meaning(name, f"{field}.names") for name in message.names]
     given: dict[str, dict[str, float]] = {}
@@ -126,7 +126,7 @@ def _narrowest(
     names: RobotNames,
     field: str,
 ) -> dict[str, float]:
-    """Return rates by position: of a joint and those that mimic it, what keeps all of them.
+    """Return rates by position: of a joint and those that mimic it, the narrowest.
 
     Raises MessageError where a name comes twice, with two values.
     """

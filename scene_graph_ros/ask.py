@@ -1,6 +1,6 @@
 """Ask a running node from a shell, without the `ros2` command: topics, queries, plans, parameters.
 
-`python -m scene_graph_ros.ask --help` lists what can be asked.
+`python -m scene_graph_ros.ask --help` lists its questions.
 """
 
 from __future__ import annotations

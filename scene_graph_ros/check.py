@@ -2,7 +2,7 @@
 
     python -m scene_graph_ros.check cell.yaml robot.urdf robot.srdf parameters.yaml part.stl
 
-Prints a summary of each file, or what is wrong with it and where. Ends with 0 if all files are
+Prints a summary of each file, or its faults with their places. Ends with 0 if all files are
 usable, 1 if one is not, and 2 for a wrong call.
 """
 
@@ -56,7 +56,7 @@ __all__ = ["Checker", "Report", "main"]
 
 @dataclass
 class Report:
-    """What was found out about one file."""
+    """The result of a check of one file."""
 
     file: str
     kind: str
@@ -87,7 +87,7 @@ class Checker:
         self._robot: RobotModel | None = None
 
     def check(self, file: str) -> Report:
-        """Return what there is to say about a file, a ``package://`` or a ``file://`` address."""
+        """Return the report on a file, a ``package://`` or a ``file://`` address."""
         report = Report(file, "file")
         with mesh_color_warnings_told(lambda text: report.warnings.append(f"{file}: {text}")):
             self._check(report, file)
@@ -245,7 +245,7 @@ class Checker:
 
 
 def _place_of_topic(scene: Scene, topic: SourceTopic) -> tuple[str | int, ...]:
-    """Return where the scene file names a source's topic, or else the source."""
+    """Return the place in a scene file of a source's topic, or else of the source."""
     for index, source in enumerate(scene.spec.sources):
         if source.name == topic.source:
             place = ("sources", index)

@@ -1,4 +1,4 @@
-"""What is wrong with a file: messages start with where in which file, and quote the value."""
+"""Errors of files: messages start with the file and the place in it, and quote the value."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What `check` has to say of one mesh file, and a picture of where it is open."""
+"""The report of `check` on one mesh file, and a picture of its open edges."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def is_mesh_file(path: Path) -> bool:
 
 
 def mesh_file_report(path: Path, pieces: str | None = None) -> MeshReport:
-    """Return what is made of a file's triangles, and of the pieces of a kind, by their hulls.
+    """Return the report on a file's triangles, and on the hulls of its pieces.
 
     Raises MeshError for a file that is no mesh, or has no such pieces.
     """

@@ -1,4 +1,4 @@
-"""Record what a running node takes in and puts out: `python -m scene_graph_ros.record FOLDER`.
+"""Record the inputs and outputs of a running node: `python -m scene_graph_ros.record FOLDER`.
 
 It listens beside the node, so the recording begins when it is asked for, and can be published
 again. The world's beginning is not in it, so it can't be checked: that takes the node's parameter
@@ -70,7 +70,7 @@ class _Listener:
         self._heard_at = 0.0
 
     def counts(self) -> tuple[int, int]:
-        """Return how many topics are recorded, and of how many publishers they come."""
+        """Return the numbers of recorded topics and of their publishers."""
         heard = [each for each in self._heard.values() if each is not None]
         return len(heard), sum(each.get_publisher_count() for each in heard)
 
@@ -127,7 +127,7 @@ class _Listener:
         return self._node.create_subscription(kind, topic.name, take, profile, raw=True)
 
     def await_quiet(self) -> None:
-        """Wait for what is on its way: until nothing comes for a moment, or for too long."""
+        """Wait for messages on their way: until none comes for a moment, or for too long."""
         end = time.monotonic() + _LONGEST_END
         self._heard_at = time.monotonic()
         while (now := time.monotonic()) < min(end, self._heard_at + _QUIET):

@@ -1,6 +1,6 @@
 """Tables to be read: as text, as HTML of a notebook, as a pandas DataFrame.
 
-Of columns alone, so that who has no kernels can show tables, too.
+Of columns alone, so that programs without kernels can show tables, too.
 """
 
 from __future__ import annotations

@@ -1,1 +1,1 @@
-"""Messages as bytes: what reads them and writes them without objects of messages."""
+"""Messages as bytes: read and written without objects of messages."""

@@ -1,8 +1,8 @@
 """Contacts and their markers as bytes: templates from the serializer, numbers put in by numpy.
 
-Names of geometries are serialized once and joined for the pairs that touch; what varies at each
-update, stamps and coordinates, is written over. Where the pairs are the same as last time, nothing
-is joined either. Where each thing is, is found by marks (see ``wire.fields``).
+Names of geometries are serialized once and joined for the pairs that touch; stamps and
+coordinates, which vary at each update, are written over. Where the pairs are the same as last
+time, nothing is joined either. Places are found by marks (see ``wire.fields``).
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ _NOTHING_READY: tuple[None, _Texts] = (None, {})
 
 
 class _Frame(NamedTuple):
-    """What is around the contacts in an array of them, of kinds that are all there."""
+    """The bytes around the contacts in an array of them, of kinds that are all there."""
 
     parts: tuple[bytes, ...]
     """What is before the contacts of the first kind, between kinds, and behind the last."""
@@ -103,7 +103,7 @@ class ContactWire:
         self._ready = (names, known)
 
     def _kept_names(self, names: SceneNames) -> _Texts:
-        """Return what is called as before: it is not written anew."""
+        """Return the texts of unchanged names: these are not written anew."""
         return {
             value: (name, data)
             for value, (name, data) in list(self._names.items())
@@ -173,7 +173,7 @@ class ContactWire:
         return result
 
     def _probe(self, used: tuple[int, ...]) -> _Frame:
-        """Find what is around contacts of some kinds, by one and by two of each."""
+        """Find the bytes around contacts of some kinds, by one and by two of each."""
         marks = marked_numbers(sum(KINDS[index].width for index in used))
         contacts, ends, start = {}, [], 0
         for index in used:
@@ -223,7 +223,7 @@ class _Look(NamedTuple):
 
 
 def _ends(data: bytes, count: int, look: _Look) -> list[tuple[int, int]]:
-    """Return where the points of both markers begin and end, of ``count`` marked contacts."""
+    """Return the beginnings and ends of both markers' points, of ``count`` marked contacts."""
     points = contact_points(_marked_table(count), look.normal_length)
     patterns = [as_bytes(each, np.float64) for each in points]
     begins = [find_once(data, pattern) for pattern in patterns]
@@ -231,7 +231,7 @@ def _ends(data: bytes, count: int, look: _Look) -> list[tuple[int, int]]:
 
 
 def _around(data: bytes, ends: list[tuple[int, int]]) -> tuple[bytes, bytes, bytes]:
-    """Return what is before, between and behind the points of both markers."""
+    """Return the bytes before, between and behind the points of both markers."""
     (a, b), (c, d) = ends
     return data[:a], data[b:c], data[d:]
 
@@ -281,7 +281,7 @@ class ContactMarkerWire:
         return template
 
     def _probe(self, look: _Look) -> None:
-        """Find what is before, between and behind the points of both markers."""
+        """Find the bytes before, between and behind the points of both markers."""
         one, two = (self._serialize_marked(_marked_table(n), look) for n in (1, 2))
         ends = [_ends(data, n, look) for data, n in ((one, 1), (two, 2))]
         self._parts, more = (_around(d, e) for d, e in zip((one, two), ends, strict=True))

@@ -54,7 +54,7 @@ def marked_numbers(count: int) -> list[float]:
 
 
 def find_once(data: bytes, pattern: bytes) -> int:
-    """Return where a pattern is; it must be there once."""
+    """Return the place of a pattern; it must be there once."""
     first = data.find(pattern)
     assert first >= 0, "a mark is not in the serialized message"
     assert data.find(pattern, first + 1) < 0, "a mark is in the serialized message twice"
@@ -68,9 +68,9 @@ def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
 
 
 def find_count(one: bytes, two: bytes, count: int = 1) -> int:
-    """Return where the length of a sequence is.
+    """Return the place of a sequence's length.
 
-    Given are what is before ``count`` elements, and before twice as many.
+    Given are the bytes before ``count`` elements, and before twice as many.
     """
     words = [np.frombuffer(data[: len(data) // 4 * 4], np.uint32) for data in (one, two)]
     found = np.flatnonzero((words[0] == count) & (words[1] == 2 * count))

@@ -1,4 +1,4 @@
-"""Images as bytes: what is before the pixels and behind them stays, the stamp is written over.
+"""Images as bytes: the bytes around the pixels stay, the stamp is written over.
 
 An image is megabytes in one field of a message. To make the message and to serialize it copies
 them twice; here they are copied once, to where they are sent from.

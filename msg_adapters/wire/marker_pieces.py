@@ -1,4 +1,4 @@
-"""Markers in bytes, one by one and in a row: what a message of many of them is put together of."""
+"""Markers in bytes, one by one and in a row: the pieces of a message of many of them."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class PieceRow:
     """Pieces one behind the other, and where their stamps and poses are."""
 
     def __init__(self, fill: Fill, data: bytes, count: int) -> None:
-        """Begin with an array of ``count`` markers, or with what is before the first."""
+        """Begin with an array of ``count`` markers, or with the bytes before the first."""
         self._gap, self._parts = fill.gap, [data]
         self._position = len(data)
         self._has_some = count > 0
@@ -82,7 +82,7 @@ class PieceRow:
         self.poses: list[int] = []
 
     def alignment(self) -> int:
-        """Return where the next piece begins, modulo ALIGNMENT."""
+        """Return the beginning of the next piece, modulo ALIGNMENT."""
         position = self._position
         return (position + self._gap[position % ALIGNMENT] * self._has_some) % ALIGNMENT
 

@@ -104,7 +104,7 @@ class MarkerWire:
     def prepare(self, items: Iterable[DrawItem]) -> PreparedMarkers:
         """Return the markers of a scene in bytes, in their order, to be taken.
 
-        What they have in common with those that were prepared before is not made again. Any
+        Pieces in common with those that were prepared before are not made again. Any
         thread may call this while another sends messages. Raises MeshError or InvalidShapeError
         where a mesh can't be read, ValueError where two markers have the same namespace and id.
         """
@@ -124,9 +124,9 @@ class MarkerWire:
         return self._prepared
 
     def _likely_rows(self, known: DrawList, before: NDArray[np.int64]) -> list[NDArray[np.int64]]:
-        """Return which rows messages are likely to have: all, those that are new, and what moves.
+        """Return the likely rows of messages: all, the new ones, and those that move.
 
-        What moves is what was sent last; ``before`` has the rows among the markers before.
+        Those that move were sent last; ``before`` has the rows among the markers before.
         """
         new = before < 0
         result = [np.arange(len(before)), np.flatnonzero(new)]
@@ -167,10 +167,10 @@ class MarkerWire:
         is_whole: bool,
         starts_over: bool = False,
     ) -> tuple[bytes, int]:
-        """Return deletions of what vanished and markers at ``X_WG``; and how many in all.
+        """Return deletions of vanished items and markers at ``X_WG``; and how many in all.
 
         Markers of all items where ``is_whole``, else of those that moved. Where it ``starts_over``
-        whatever a viewer may show is deleted first.
+        everything that a viewer may show is deleted first.
         """
         rows = np.arange(len(X_WG)) if is_whole else self._rows.moved(X_WG)
         deleted = [

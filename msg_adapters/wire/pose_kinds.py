@@ -1,4 +1,4 @@
-"""What is read from each message type of poses, and how messages for probing are made."""
+"""The fields read from each message type of poses, and how messages for probing are made."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ __all__ = ["POSE_KINDS", "PoseKind"]
 
 
 class PoseKind(NamedTuple):
-    """What is read from a message type, and how a message of it is made for probing."""
+    """The fields read from a message type, and how a message of it is made for probing."""
 
     width: int
     names: Callable[[Any], Sequence[str]]

@@ -1,10 +1,10 @@
 """Poses straight from the bytes of a message, by layouts learnt from messages that came before.
 
-Publishers send the same names again and again. What such messages have in common is a *layout*:
-which bytes are always the same, where the stamps are, and where the numbers. Of a message that
+Publishers send the same names again and again. Such messages have a *layout* in common: bytes that
+are always the same, the places of stamps, and those of numbers. Of a message that
 fits a known layout one kernel reads all poses; the others are for the ordinary deserializer.
 
-Serializers leave whatever was in memory in the bytes between fields. So bytes that may be anything
+Serializers leave old memory in the bytes between fields. So bytes that may be anything
 are not compared: those behind names, if the deserializer reads the same with all of them changed,
 and those that were seen to differ in messages which the deserializer read as the same names.
 """
@@ -94,7 +94,7 @@ class _Places:
         return np.frombuffer(data, np.uint8)[self.gather].view(np.float64)
 
     def rows(self, width: int) -> NDArray[np.int64] | None:
-        """Return where each row of ``width`` numbers begins, None where one is not in a row."""
+        """Return the first place of each row of ``width`` numbers, None where one is apart."""
         if self.gather is None:
             return self.first_number + 8 * width * np.arange(self.count // width)
         rows = self.gather.reshape(-1, 8 * width)
@@ -113,7 +113,7 @@ _ORDER: Any = "little" if np.dtype("=i4") == np.dtype("<i4") else "big"
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """What messages with the same names have in common: compare layouts by identity."""
+    """The layout of messages with the same names: compare layouts by identity."""
 
     places: _Places
     names: tuple[str, ...]
@@ -290,7 +290,7 @@ class PoseWire:
         data: bytes,
         may_be_anything: NDArray[np.bool_],
     ) -> None:
-        """Keep a layout that compares what may not be anything."""
+        """Keep a layout that compares all bytes but those that may be anything."""
         if len(self._layouts) >= _LAYOUTS_KEPT:
             self._layouts.clear()
             self._places.clear()
@@ -338,7 +338,7 @@ class PoseWire:
         return places if self._reads(places, data, message) else None
 
     def _reads(self, places: _Places, data: bytes, message: Any) -> bool:
-        """Tell whether the places give what the ordinary way gave."""
+        """Tell whether the places give the same as the ordinary way."""
         kind = self._kind
         expected = as_bytes(kind.numbers(message), np.float64)
         if places.numbers(data).tobytes() != expected:
@@ -347,7 +347,7 @@ class PoseWire:
         return [places.stamp(data, i) for i in range(len(places.stamps))] == stamps
 
     def _padding(self, data: bytes, message: Any, layout: Layout) -> NDArray[np.bool_]:
-        """Return which bytes may be anything, as far as a trial shows."""
+        """Return a mask of the bytes that may be anything, as far as a trial shows."""
         result = np.zeros(len(data), dtype=bool)
         for guess in (_behind_names(data, layout), _before_numbers(data, layout)):
             guess &= np.isin(np.arange(len(data)), layout.places.constants)
@@ -378,7 +378,7 @@ def _bytes(data: bytes) -> NDArray[np.uint8]:
 
 
 def _behind_names(data: bytes, layout: Layout) -> NDArray[np.bool_]:
-    """Guess which bytes only fill up what follows a name."""
+    """Guess the bytes that only fill up the space behind names."""
     result, position = np.zeros(len(data), dtype=bool), 0
     for name in filter(None, layout.texts):
         text = name.encode() + b"\0"
@@ -390,7 +390,7 @@ def _behind_names(data: bytes, layout: Layout) -> NDArray[np.bool_]:
 
 
 def _before_numbers(data: bytes, layout: Layout) -> NDArray[np.bool_]:
-    """Guess which bytes only fill up what comes before the numbers."""
+    """Guess the bytes that only fill up the space before numbers."""
     result = np.zeros(len(data), dtype=bool)
     first = layout.places.first_number
     before = data[first - _UNIT : first]

@@ -1,8 +1,8 @@
 """Triangles as bytes: TRIANGLE_LIST markers whose corners and colours change at each update.
 
 The corners of a marker are objects of a message, tens of thousands of them where a surface is
-shown; here they are one array that goes into the bytes between what is around them. Where each
-thing is, is found by marks (see ``wire.fields``).
+shown; here they are one array that goes between the bytes around them. The places are found by
+marks (see ``wire.fields``).
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _MARKED_COLOR = (-1.5, -2.25, -3.125, -4.0625)
 
 
 class _Piece(NamedTuple):
-    """What is before the corners, between them and the colours, and behind; where stamps are."""
+    """The bytes before the corners, between them and the colours, and behind; places of stamps."""
 
     parts: tuple[bytes, ...]
     counts: tuple[int, ...]

@@ -1,4 +1,4 @@
-"""A client of the node, for scripts and notebooks: what touches, moving, grasping, planning.
+"""A client of the node, for scripts and notebooks: contacts, moving, grasping, planning.
 
 ``World`` asks the node and waits for its answers, in the thread that calls. It needs the messages
 and rclpy, and none of the core: importing it compiles nothing.

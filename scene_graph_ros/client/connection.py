@@ -34,7 +34,7 @@ _CODES = {
 
 
 class WorldError(RuntimeError):
-    """What was asked for was not answered, or refused; ``code`` is the name of the status.
+    """A request was not answered, or refused; ``code`` is the name of the status.
 
     Codes are those of ``scene_graph_msgs/Status``, or "TIMEOUT" where nobody answered.
     """
@@ -95,7 +95,7 @@ class Connection:
             self.node.context.try_shutdown()
 
     def notify(self) -> None:
-        """Wake who waits: something has come."""
+        """Wake waiting threads: something has come."""
         with self._changed:
             self._changed.notify_all()
 
@@ -114,7 +114,7 @@ class Connection:
     def in_thread(self, function: Callable[[], Any]) -> Any:
         """Call a function in the thread that takes messages, and return its result.
 
-        Where rclpy sends first and notes afterwards what it has sent, as with goals of actions,
+        Where rclpy sends first and takes note afterwards, as with goals of actions,
         an answer that is faster is not taken for one in another thread.
         """
         task = self._executor.create_task(function)
@@ -163,7 +163,7 @@ class Connection:
     def ask(self, kind: str, *, timeout: float | None = None, **fields: Any) -> Any:
         """Return the response of one of the node's own services, by its type.
 
-        Raises WorldError with the node's sentence for what it refuses.
+        Raises WorldError with the node's sentence for a refusal.
         """
         service = getattr(srv, kind)
 
@@ -176,9 +176,9 @@ class Connection:
         return self.patiently(asked, timeout)
 
     def patiently(self, question: Callable[[], Any], timeout: float | None = None) -> Any:
-        """Return an answer; again while the node says "not yet", as it compiles what it needs.
+        """Return an answer; again while the node says "not yet", as it compiles kernels.
 
-        Also for a second while what the node knows of the robots is old: what was just sent, on
+        Also for a second while the node's states of the robots are old: those just sent, on
         another topic, may come after the question. Raises WorldError for every other refusal, and
         after the timeout.
         """

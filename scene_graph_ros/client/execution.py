@@ -93,7 +93,7 @@ class Execution:
     ) -> None:
         """Wait until the joints have arrived; ``watch`` is told the progress meanwhile.
 
-        ``timeout`` (s) is what the robot may take beyond the trajectory's duration. Raises
+        ``timeout`` (s) is the robot's time beyond the trajectory's duration. Raises
         WorldError, with the joint that is farthest, where it does not come in time.
         """
         extra = self._connection.timeout if timeout is None else timeout

@@ -48,7 +48,7 @@ def _plain(value: ParameterValue) -> Any:
 
 
 def set_parameter(connection: Connection, name: str, text: str) -> None:
-    """Set a parameter to what YAML text says, of the type that it has. Raises WorldError."""
+    """Set a parameter to the value of a YAML text, of the type that it has. Raises WorldError."""
     before = get_parameters(connection, name)[name]
     try:
         given = yaml.safe_load(text)

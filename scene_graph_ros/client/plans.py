@@ -1,4 +1,4 @@
-"""Plans: what a robot is asked to reach, and what the node found."""
+"""Plans: goals of a robot, and the paths that the node found."""
 
 from __future__ import annotations
 

@@ -67,7 +67,7 @@ def _quaternion(R: NDArray[np.float64]) -> Quaternion:
 
 
 def pose_msg(X: ArrayLike) -> Pose:
-    """Return a pose as a message. Raises ValueError for what is none."""
+    """Return a pose as a message. Raises ValueError for an array that is none."""
     matrix = as_matrix(X)
     x, y, z = matrix[:3, 3].tolist()
     return Pose(position=Point(x=x, y=y, z=z), orientation=_quaternion(matrix[:3, :3]))

@@ -83,7 +83,7 @@ class Source:
     def add_frame(self, name: str, X_PF: ArrayLike = (0, 0, 0), *, parent: str = "") -> None:
         """Add a frame at ``X_PF`` ``(4, 4)``, or at a place ``(3,)``, in the world or a parent.
 
-        Raises WorldError where the node refuses, ValueError for what is no pose.
+        Raises WorldError where the node refuses, ValueError for an array that is no pose.
         """
         frame = FrameDescription(name=name, parent=parent, pose=pose_msg(X_PF))
         self._connection.ask("RegisterFrame", source=self.handle, frames=[frame])
@@ -171,7 +171,7 @@ def made_source(connection: Connection, publishers: Publishers, name: str, token
 
 
 def checked_pose_type(source: Any) -> None:
-    """Raise WorldError unless poses of a source are what `Publishers.move` sends."""
+    """Raise WorldError unless a source takes the messages of `Publishers.move`."""
     if source.pose_type != _MULTI_DOF:
         raise WorldError(
             f"source {source.name!r} takes {source.pose_type or 'no poses'}, not {_MULTI_DOF}",

@@ -52,7 +52,7 @@ class World:
         """Talk to the node called ``name`` in ``namespace``, by default that of ``node``, or "/".
 
         A ``node`` of yours gives its context and namespace; without one rclpy is started for this
-        world alone. What waits is a thread of the world, so calls are fine in callbacks as well.
+        world alone. A thread of the world waits for answers, so calls are fine in callbacks, too.
         """
         self._connection = Connection(node, name, namespace, timeout)
         self._publishers = Publishers(self._connection)
@@ -74,7 +74,7 @@ class World:
 
     @property
     def connection(self) -> Connection:
-        """Services and topics of the node, for what this class has no method for."""
+        """Services and topics of the node, where this class has no method."""
         return self._connection
 
     def close(self) -> None:
@@ -99,7 +99,7 @@ class World:
         return {source.name: source.pose_topic for source in found}
 
     def pose(self, name: str) -> NDArray[np.float64]:
-        """Return where a frame or a geometry is in the world, ``(4, 4)``. Raises WorldError."""
+        """Return the pose of a frame or a geometry in the world, ``(4, 4)``. Raises WorldError."""
         try:
             answer = self._connection.ask("GetPoseInWorld", frames=[name])
         except WorldError as error:
@@ -112,7 +112,7 @@ class World:
     # What touches.
 
     def contacts(self, where: Mapping[str, ArrayLike] | None = None) -> Table:
-        """Return what penetrates, the deepest first.
+        """Return the contacts, the deepest first.
 
         Columns are ``A``, ``B``, ``depth`` (m), ``point_A``, ``point_B`` (m) and ``normal``, out
         of B into A. ``where`` are poses of frames in their parents, by
@@ -140,7 +140,7 @@ class World:
         return distance_table(answer.table)
 
     def distance(self, A: str, B: str) -> Distance:
-        """Return how far two geometries are apart, also where a filter excludes them.
+        """Return the distance of two geometries, also where a filter excludes them.
 
         In the answer A is the one that was registered first. Raises WorldError for a name that is
         unknown or ambiguous.
@@ -161,7 +161,7 @@ class World:
         return made_source(self._connection, self._publishers, name, token)
 
     def move(self, source: str, poses: Mapping[str, ArrayLike]) -> None:
-        """Tell where frames of a source of the scene are, by name, as its tracker would.
+        """Send poses of frames of a source of the scene, by name, as its tracker would.
 
         Raises WorldError where there is no such source, or it takes other messages.
         """
@@ -172,7 +172,7 @@ class World:
     def move_joints(self, positions: Mapping[str, float], *, robot: str = "") -> None:
         """Tell positions of joints (rad, m), as a robot's driver would: for a robot without one.
 
-        Returns when the node has taken them, so that what is asked next knows of them. ``robot``
+        Returns when the node has taken them, so that the next question is about them. ``robot``
         is the robot's source, where there are several. Raises WorldError where there is no such
         robot or joint, and where the node does not take the positions.
         """
@@ -213,7 +213,7 @@ class World:
         ``goal`` are positions of joints by name (rad, m), or ``pose`` a link and where it is to be
         in the world. ``group`` is the SRDF's, whose joints may move; ``padding`` (m) is kept from
         all else; ``max_acceleration`` is in rad/s^2 or m/s^2, ``speed`` the share of the joints'
-        velocities. ``watch`` is told what is being done, and for how long (s).
+        velocities. ``watch`` is told the present step, and for how long (s).
 
         Where there is no path the answer says why. Raises WorldError where the node can't work on
         the goal, such as for a name that is unknown, and ValueError for no goal or two.
@@ -249,7 +249,7 @@ class World:
     # Pictures.
 
     def picture(self, camera: str, kind: str = "color") -> NDArray[Any]:
-        """Return what a camera of the scene sees: ``(h, w, 3)`` uint8, or ``(h, w)``.
+        """Return the image of a camera of the scene: ``(h, w, 3)`` uint8, or ``(h, w)``.
 
         ``kind`` is "color", "depth" (float32, m; inf where nothing is) or "label" (uint16).
         """

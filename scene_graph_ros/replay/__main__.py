@@ -21,7 +21,7 @@ _LONGEST_GAP = 86400.0
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; return 0, 1 where contacts differ, 2 for what is no such recording."""
+    """Run the command; return 0, 1 where contacts differ, 2 for a file that is no recording."""
     parser = _parser()
     options = parser.parse_args(arguments)
     if options.fps is not None and options.html is None:

@@ -27,7 +27,7 @@ _DEFORMABLE, _POINTS = "deformable_contact", "point_contact"
 
 
 class ContactCheck:
-    """Compares; counts what is equal, and what differs."""
+    """Compares; counts equal and different contacts."""
 
     def __init__(self, world_frame: str, parameter: Callable[[str], Any]) -> None:
         """Compare messages that are in ``world_frame``, of a node with these parameters."""
@@ -108,7 +108,7 @@ def effects_on(
 
 
 def answer_of(on: Mapping[str, EffectDeclaration], name: str, snapshot: WorldSnapshot) -> Any:
-    """Return what an effect finds in a snapshot, None for one that is not on."""
+    """Return the answer of an effect about a snapshot, None for one that is not on."""
     declaration = on.get(name)
     if declaration is None or declaration.answer is None:
         return None

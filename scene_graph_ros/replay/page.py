@@ -20,10 +20,10 @@ __all__ = ["write_page"]
 def write_page(
     messages: Iterable[Recorded], path: Path, fps: float, warn: Callable[[str], None]
 ) -> PageFile:
-    """Replay messages and write what the world was, at most ``fps`` times a second, to ``path``.
+    """Replay messages and write the world's states, at most ``fps`` a second, to ``path``.
 
     Raises RecordingError where that can't be, and OSError where there is such a file already or
-    none can be written; then there is none. ``warn`` is told what is left out.
+    none can be written; then there is none. ``warn`` is told of parts that are left out.
     """
     page = PageFile(lambda id_, error: warn(f"geometry {id_} is left out: {error}"))
     with path.open("x", encoding="utf-8") as file:

@@ -1,4 +1,4 @@
-"""Publishes what a recorded node published, for RViz and others."""
+"""Publishes the messages of a recorded node, for RViz and others."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _MOST_DEPTH = 10_000
 def publish(messages: Iterable[Recorded], rate: float) -> int:
     """Publish at ``rate`` times the pace of then, on the topics of then; return how many.
 
-    What the node took in is left out: a node that listens would take it in again. Ends early
+    The node's inputs are left out: a node that listens would take them in again. Ends early
     where it is interrupted.
     """
     context = rclpy.Context()
@@ -85,7 +85,7 @@ def _make_publisher(node: Any, message: Recorded) -> Any:
 
 
 def _profile(text: str) -> QoSProfile:
-    """Return the profile that a recording has as YAML. Raises ValueError for what is none."""
+    """Return the profile that a recording has as YAML. Raises ValueError for other texts."""
     try:
         (qos, *_) = parse_qos(text)
     except Exception as error:  # the library raises whatever it meets

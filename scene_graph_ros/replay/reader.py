@@ -1,7 +1,7 @@
 """Messages of a recording in the order of the file, as far as it is whole.
 
-The file is read from its beginning and needs no index, so that what a kill or a full disk left can
-be read, too. Format: the MCAP specification, https://mcap.dev/spec.
+The file is read from its beginning and needs no index, so that one left by a kill or a full disk
+can be read, too. Format: the MCAP specification, https://mcap.dev/spec.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ _MOST_BYTES = 1 << 28
 
 
 class RecordingError(ValueError):
-    """What is no recording, or none that can be read; names the file and what is wrong."""
+    """A file is no recording, or can't be read; names the file and the fault."""
 
 
 class Recorded(NamedTuple):
-    """A message: ``qos`` is the profile that the node offered, "" for what it took in."""
+    """A message: ``qos`` is the profile that the node offered, "" for its inputs."""
 
     topic: str
     kind: str
@@ -65,8 +65,8 @@ class RecordingReader:
     def __iter__(self) -> Iterator[Recorded]:
         """Yield all messages that are whole.
 
-        Raises RecordingError for what is not MCAP, and where messages of this project's types
-        have other fields than those that are installed.
+        Raises RecordingError for a file that is not MCAP, and where messages of this project's
+        types have other fields than those that are installed.
         """
         with self.path.open("rb") as file:
             if file.read(len(_MAGIC)) != _MAGIC:
@@ -118,7 +118,7 @@ class RecordingReader:
             yield Recorded(*self._channels[number], time, content[_MESSAGE.size :])
 
     def _kind(self, schema: bytes) -> str:
-        """Return the type that a schema describes, if what is installed reads its messages."""
+        """Return the type that a schema describes, if the installed one reads its messages."""
         kind, offset = _text(schema, 2)
         _, offset = _text(schema, offset)
         definition, _ = _text(schema, offset)

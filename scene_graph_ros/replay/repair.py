@@ -1,4 +1,4 @@
-"""Copies what is whole of a recording that was cut off, with the index that it lacks."""
+"""Copies the whole messages of a recording that was cut off, with the index that it lacks."""
 
 from __future__ import annotations
 

@@ -64,9 +64,9 @@ class Replay:
         return self._world
 
     def take(self, message: Recorded) -> bool:
-        """Do what a message says; return False for one that the node put out.
+        """Apply a message; return False for one that the node put out.
 
-        Raises RecordingError where the world is not what it was, or can't be made again.
+        Raises RecordingError where the world differs from the recorded one, or can't be made.
         """
         if message.kind == _EVENT_KIND:
             self._do(message)

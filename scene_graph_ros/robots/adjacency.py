@@ -13,7 +13,7 @@ def adjacent_pairs(robot: RobotModel) -> set[tuple[str, str]]:
 
     Links welded together by fixed joints are one body. Pairs within a body, and pairs of links
     joined by one joint, are adjacent; a link without collision geometry passes adjacency on to
-    its neighbours, if it can move in the world. One that can't is no part of an arm: what is
+    its neighbours, if it can move in the world. One that can't is no part of an arm: a link
     fixed to it, such as a pillar, is checked against the first link that moves.
     """
     body = {robot.root: robot.root}

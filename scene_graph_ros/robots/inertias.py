@@ -18,7 +18,7 @@ __all__ = ["TreeInertias", "tree_inertias"]
 @one_line()
 @dataclass(frozen=True, eq=False)
 class TreeInertias:
-    """What each link of a tree weighs, and what each joint moves. Links that say nothing: nothing.
+    """Masses of a tree's links, and those that each joint moves; 0 of links without one.
 
     ``link_masses`` ``(l,)`` in kg, ``p_LI`` ``(l, 3)`` their centres of mass in their frames.
     Of joints, whose row 0 is the base: ``masses`` ``(j + 1,)``, ``moments`` ``(j + 1, 3)`` (mass
@@ -35,7 +35,7 @@ class TreeInertias:
 
     @property
     def total_mass(self) -> float:
-        """What all weighs, kg."""
+        """The mass of all links, kg."""
         return float(self.link_masses.sum())
 
     def centre_of_mass(self, q: ArrayLike) -> NDArray[np.float64]:
@@ -52,7 +52,7 @@ class TreeInertias:
 
 
 def tree_inertias(model: RobotParts, tree: KinematicTree) -> TreeInertias:
-    """Return the masses of a robot's links, and of what the joints of its tree move."""
+    """Return the masses of a robot's links, and those that the joints of its tree move."""
     count = len(tree.joints) + 1
     masses, moments, inertias = np.zeros(count), np.zeros((count, 3)), np.zeros((count, 3, 3))
     link_masses, p_LI = np.zeros(len(tree.link_names)), np.zeros((len(tree.link_names), 3))

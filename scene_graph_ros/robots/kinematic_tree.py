@@ -61,7 +61,7 @@ class KinematicTree(TreeLayout):
         object.__setattr__(self, "X_WB", np.array(self.X_WB, dtype=np.float64))
 
     def group_positions(self, name: str) -> NDArray[np.intp]:
-        """Return where the positions of a group's joints are in q, ``(k,)``.
+        """Return the indices in q of the positions of a group's joints, ``(k,)``.
 
         Joints that follow others have none. Raises KinematicTreeError for an unknown group.
         """
@@ -82,7 +82,7 @@ class KinematicTree(TreeLayout):
 
         ``q`` is ``(n, nq)`` or ``(nq,)``; positions may lie beyond limits. Configurations are
         worked out by one kernel that holds no lock. Raises KinematicTreeError for another shape,
-        what is not finite, a quaternion of length zero, and unknown links.
+        numbers that are not finite, a quaternion of length zero, and unknown links.
         """
         configurations = self.checked_configurations(q)
         rows = self._all_rows if links is None else self._rows_of(links)
@@ -164,7 +164,7 @@ class KinematicTree(TreeLayout):
 
     @cached_property
     def chains(self) -> JointChains:
-        """What kernels read of the freedoms between each joint and the base."""
+        """The freedoms between each joint and the base, for kernels."""
         return joint_chains(self.table)
 
     @cached_property
@@ -176,7 +176,7 @@ class KinematicTree(TreeLayout):
 
     @cached_property
     def table(self) -> TreeTable:
-        """What kernels read."""
+        """The tree as kernels read it."""
         base = TreeJoint("", REVOLUTE, -1, np.eye(4))
         joints = (base, *self.joints)
         return TreeTable(
@@ -196,7 +196,7 @@ class KinematicTree(TreeLayout):
     def at(self, X_WB: ArrayLike) -> KinematicTree:
         """Return this tree with its root link at ``X_WB`` ``(4, 4)``.
 
-        Raises InvalidPoseError for what is no rigid pose.
+        Raises InvalidPoseError for an array that is no rigid pose.
         """
         return replace(self, X_WB=as_pose(X_WB, f"X_WB of robot {self.name!r}"))
 

@@ -134,7 +134,7 @@ class Kinematics:
         """Move the named joints to positions ``(n,)``, rad or m; those that mimic one follow.
 
         A mimicking joint that is named itself goes where its own position says. Positions beyond
-        a joint's limits are taken as they are: this is what the robot measured. Names the robot
+        a joint's limits are taken as they are: the robot measured them. Names the robot
         does not have are put into ``unknown_joints``. Raises JointStateError, and moves nothing,
         for a position that is not finite, a joint named twice, or lists of different lengths.
         """

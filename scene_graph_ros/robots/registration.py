@@ -91,7 +91,7 @@ def register_robot(
     makes frames of links without geometry, too. Without ``semantics`` nothing is filtered, as in
     MoveIt; ``filter_adjacent`` excludes the pairs of ``adjacent_pairs``.
 
-    Raises SceneFileError for a mesh that cannot be read, and what the scene graph raises.
+    Raises SceneFileError for a mesh that cannot be read, and the scene graph's errors.
     """
     frames: dict[str, FrameId] = {}
     for link in robot.links.values():

@@ -1,4 +1,4 @@
-"""A robot as a URDF describes it, and what is asked of it."""
+"""A robot as a URDF describes it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a URDF says, as plain data: links with their geometry, joints, colours."""
+"""The content of a URDF as plain data: links with their geometry, joints, colours."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an SRDF says, as plain data: pairs of links without checks, postures, groups of joints."""
+"""An SRDF's content as plain data: pairs of links without checks, postures, groups of joints."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class VirtualJoint:
 @one_line()
 @dataclass(frozen=True)
 class SemanticModel:
-    """What an SRDF says about collisions, postures and groups of joints of one robot."""
+    """Collisions, postures and groups of joints of one robot, from an SRDF."""
 
     robot: str
     file: str

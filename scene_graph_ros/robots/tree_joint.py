@@ -1,4 +1,4 @@
-"""One joint of a kinematic tree, and what its positions and velocities are called."""
+"""One joint of a kinematic tree, and the names of its positions and velocities."""
 
 from __future__ import annotations
 

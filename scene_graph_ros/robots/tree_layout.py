@@ -1,6 +1,6 @@
-"""What a robot's configurations are made of: which joint and which link has which place.
+"""The layout of a robot's configurations: the places of its joints and links.
 
-Plain names and numbers; where links are is the business of `kinematic_tree`.
+Plain names and numbers; `kinematic_tree` computes poses.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _FLOAT64 = np.dtype(np.float64)
 class TreeLayout:
     """The joints that move a robot's links, parents before children, and their places in q and v.
 
-    `KinematicTree` says what a configuration q ``(nq,)`` and its velocities v ``(nv,)`` are.
+    `KinematicTree` describes a configuration q ``(nq,)`` and its velocities v ``(nv,)``.
     """
 
     name: str
@@ -87,7 +87,7 @@ class TreeLayout:
         return self._limits()[1]
 
     def _limits(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Take what those that follow may do from the joint they follow, too."""
+        """Apply the limits of followers to the joint that they follow, too."""
         lower, upper = np.full(self.num_positions, -np.inf), np.full(self.num_positions, np.inf)
         for joint, start in zip(self.joints, self._starts[0], strict=True):
             if joint.kind not in (REVOLUTE, PRISMATIC) or joint.multiplier == 0.0:
@@ -131,7 +131,7 @@ class TreeLayout:
         return q
 
     def position_index(self, name: str) -> int:
-        """Return where an entry of q is. Raises KinematicTreeError for an unknown name."""
+        """Return the index of an entry of q. Raises KinematicTreeError for an unknown name."""
         return self._index("position", self._position_rows, name)
 
     def link_index(self, name: str) -> int:

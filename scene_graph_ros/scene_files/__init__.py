@@ -1,7 +1,7 @@
 """Scenes and robots from YAML, URDF and SRDF files to the model. Nothing here imports ROS.
 
-The names below are imported when they are first used, so that who needs a robot's kinematics
-does not load the schema of scenes. Those of ``robots`` are here, too, beside what reads them.
+The names below are imported when they are first used, so that a robot's kinematics do not load the
+schema of scenes. Those of ``robots`` are here, too, beside their readers.
 """
 
 import importlib

@@ -1,4 +1,4 @@
-"""A scene on its way into a scene graph: what was registered so far, and where in the file."""
+"""A scene on its way into a scene graph: the objects so far, and the place in the file."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ __all__ = ["Application"]
 
 
 class Application:
-    """What a scene file becomes in a scene graph, filled step by step.
+    """The content of a scene file in a scene graph, filled step by step.
 
     Names in the file are without ``prefix``, which those of sources and anchored geometries get.
     """
@@ -52,7 +52,7 @@ class Application:
         self._bodies: list[tuple[tuple[str | int, ...], Shape, HydroelasticProperties]] = []
 
     def loaded(self) -> LoadedScene:
-        """Return what the scene has become."""
+        """Return the loaded scene."""
         return LoadedScene(
             name=self.spec.name,
             sources=self.sources,
@@ -73,7 +73,7 @@ class Application:
 
     @contextmanager
     def located(self, *path: str | int) -> Iterator[None]:
-        """Put the place in the scene file before the message of whatever is refused inside."""
+        """Put the place in the scene file before the message of any error inside."""
         try:
             yield
         except SceneGraphError as error:
@@ -89,7 +89,7 @@ class Application:
         *,
         interpolates: bool = True,
     ) -> LoadedSource:
-        """Register a source and note what is known of it."""
+        """Register a source and take note of it."""
         full_name = self.prefix + name
         source_id = self.scene_graph.register_source(full_name)
         source = LoadedSource(

@@ -56,17 +56,17 @@ def _topic_of(to: Application, name: str) -> str:
 
 
 class RobotDescription:
-    """A robot that is described later, and again: what the file says of it, beside its URDF."""
+    """A robot that is described later, and again: its part of the file, beside its URDF."""
 
     def __init__(self, first: Application, name: str, topic: str, prefix: str) -> None:
         self.topic = topic
         self._first, self._name, self._prefix = first, name, prefix
 
     def apply(self, scene_graph: SceneGraph, text: str) -> LoadedScene:
-        """Register the robot as a URDF describes it, and what the scene file has on it.
+        """Register the robot as a URDF describes it, and the scene file's objects on it.
 
         Of the robot as it was described before nothing must be left in ``scene_graph``. Returns
-        what was added, with the robot's source; `applied` when it counts. Raises SceneFileError
+        the added objects, with the robot's source; `applied` when it counts. Raises SceneFileError
         where something is refused; then the scene graph may have parts of it.
         """
         first = self._first
@@ -86,7 +86,7 @@ class RobotDescription:
         return replace(to.loaded(), sources={source.name: source})
 
     def applied(self, loaded: LoadedScene) -> None:
-        """Take note that what `apply` returned counts, so that others may speak of it."""
+        """Take note that the result of `apply` counts, so that others may refer to it."""
         self._first.sources.update(loaded.sources)
         self._first.pending -= {self._name}
 
@@ -111,7 +111,7 @@ def _add_sources(to: Application) -> None:
 
 
 def _add_cameras(to: Application) -> None:
-    """Describe the cameras; what they are made of is imported only where there are some."""
+    """Describe the cameras; their modules are imported only where there are some."""
     if not to.spec.cameras and not to.spec.renderers:
         return
     from scene_graph_ros.scene_files.cameras import camera_from_spec

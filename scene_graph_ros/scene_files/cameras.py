@@ -1,4 +1,4 @@
-"""Turn what a scene file says about a camera into the core's types."""
+"""Turn a camera of a scene file into the core's types."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is wrong with a scene file, as far as it alone can tell: names that mean nothing, loops."""
+"""Faults of a scene file, as far as it alone can tell: names that mean nothing, loops."""
 
 from __future__ import annotations
 

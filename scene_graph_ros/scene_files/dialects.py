@@ -1,4 +1,4 @@
-"""Files that look like URDF and are another program's: named, with what to do."""
+"""Files that look like URDF and are another program's: named, with the remedy."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _PARTS = {
 
 
 def part_dialect(root: XmlElement) -> str:
-    """Return whose word something in a robot without links is, to follow a sentence; or ""."""
+    """Return the program of a word in a robot without links, to follow a sentence; or ""."""
     for child in root.children:
         if child.tag in _PARTS:
             return f", but <{child.tag}>: it is {_PARTS[child.tag]}"
@@ -49,7 +49,7 @@ def part_dialect(root: XmlElement) -> str:
 
 
 def link_dialect(name: str) -> str:
-    """Return whose word the name of a link is that is not there, to follow a sentence; or ""."""
+    """Return the program of the name of a missing link, to follow a sentence; or ""."""
     if name != "world":
         return ""
     return ': Drake has such a link in every file; <link name="world"/> says so to all'
@@ -71,12 +71,12 @@ def check_dialect(root: XmlElement) -> None:
 
 
 def joint_dialect(word: str) -> str:
-    """Return whose word a type of joint is, to follow a sentence; "" where nobody knows."""
+    """Return the program of a type of joint, to follow a sentence; "" where it is unknown."""
     return f": it is {_JOINTS[word]}" if word in _JOINTS else ""
 
 
 def shape_dialect(geometry: XmlElement) -> str:
-    """Return the same of what is in a ``<geometry>``."""
+    """Return the same of the content of a ``<geometry>``."""
     for child in geometry.children:
         word = child.tag.removeprefix("drake:")
         if word in _SHAPES:

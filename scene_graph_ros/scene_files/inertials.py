@@ -1,4 +1,4 @@
-"""Read what a URDF says of a link's mass and inertia."""
+"""Read a link's mass and inertia from a URDF."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Turn what a scene file says about a geometry into the core's types."""
+"""Turn a geometry of a scene file into the core's types."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def pose_from_spec(spec: PoseSpec, name: str) -> NDArray[np.float64]:
 def shape_from_spec(spec: ShapeSpec, resolve: Callable[[str], Path]) -> Shape:
     """Return the shape; ``resolve`` finds the file behind a resource.
 
-    Raises InvalidShapeError for what the core refuses, SceneFileError for a missing file.
+    Raises InvalidShapeError for a shape that the core refuses, SceneFileError for a missing file.
     """
     match spec:
         case SphereSpec():
@@ -142,9 +142,9 @@ def perception_from_spec(
     *,
     is_seen: bool,
 ) -> PerceptionProperties | None:
-    """Return the properties of what has the perception role, None where it has not.
+    """Return the properties of the perception role, None where there is none.
 
-    It has it by its properties, by a ``label``, which is ("label", "id") unless the properties
+    There is one by the properties, by a ``label``, which is ("label", "id") unless the properties
     have one, or because it ``is_seen`` without either.
     """
     if groups is None and label is None and not is_seen:
@@ -186,7 +186,7 @@ def find_picture(properties: GeometryProperties | None, resolve: Callable[[str],
 def hydroelastic_of(
     shape: Shape, properties: ProximityProperties | None, name: str
 ) -> HydroelasticProperties | None:
-    """Return what a geometry's properties say about contact surfaces, None if nothing.
+    """Return a geometry's properties of contact surfaces, None if it has none.
 
     Raises PropertyError.
     """
@@ -201,7 +201,7 @@ def properties_from_spec(
     """Return the properties of a role; ``color`` becomes ("phong", "diffuse") where one is shown.
 
     Three or four numbers for ("phong", "diffuse") are a colour. Whole numbers in the groups on
-    contact are taken as floats, which is what their readers expect.
+    contact are taken as floats, as their readers expect.
     """
     properties = _PROPERTIES[role]()
     for group, values in groups.items():

@@ -1,4 +1,4 @@
-"""What a URDF says of how far and how fast joints may go; what makes no sense is refused."""
+"""Limits of joints' positions and speeds in a URDF; limits that make no sense are refused."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["check_ranges", "joint_limits", "velocity_limit"]
 def joint_limits(
     joint: XmlElement, kind: JointType
 ) -> tuple[float | None, float | None, list[str]]:
-    """Return the lower and upper limit of a joint, rad or m, and what was narrowed.
+    """Return the lower and upper limit of a joint, rad or m, and notes on narrowed ones.
 
     ``<safety_controller>`` narrows them. Raises SceneFileError for limits without a position
     between them.

@@ -1,4 +1,4 @@
-"""Read a robot's ``joint_limits.yaml`` as MoveIt's, which narrows what the URDF says."""
+"""Read a robot's ``joint_limits.yaml`` as MoveIt's, which narrows the limits of the URDF."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["narrowed_by_file"]
 
 
 class _JointLimits(BaseModel):
-    """What the file says of one joint, in rad or m, s: nothing without its ``has_`` word."""
+    """The limits of one joint in the file, in rad or m, s: none without its ``has_`` word."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -58,8 +58,8 @@ _RATES = (
 def narrowed_by_file(robot: RobotModel, path: Path, label: str) -> RobotModel:
     """Return a robot whose joints have the narrower of their limits and the file's.
 
-    Notes of it say what the file narrows, warnings what it says of joints that the robot has not.
-    Raises SceneFileError with the line for what makes no sense.
+    Its notes name the narrowed limits, its warnings the joints that the robot has not.
+    Raises SceneFileError with the line for limits that make no sense.
     """
     try:
         document = parse_yaml(read_limited(path, MAX_TEXT_BYTES), label)

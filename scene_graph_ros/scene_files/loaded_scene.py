@@ -1,4 +1,4 @@
-"""What a scene file became in a scene graph: ids by name, poses to start with, kinematics."""
+"""A scene file's objects in a scene graph: ids by name, poses to start with, kinematics."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ __all__ = ["LoadedRobot", "LoadedScene", "LoadedSource", "MovingBase"]
 
 @dataclass(frozen=True)
 class MovingBase:
-    """Who moves a robot's base: poses on a topic, or TF where ``type`` is empty.
+    """The mover of a robot's base: poses on a topic, or TF where ``type`` is empty.
 
     ``parent`` is the frame that stands where the world does, ``link`` the one that is placed in
     it, of the robot's root or fixed to that; ``prefix`` is before names of links in messages.

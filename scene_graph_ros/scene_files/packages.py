@@ -73,7 +73,7 @@ class Packages:
         return Packages(dict(package_map or {}), tuple(package_dirs), reach or Reach())
 
     def folders(self) -> list[Path]:
-        """Return the folders in which packages keep what they share with everybody."""
+        """Return the share folders of packages."""
         prefixes = [*_environment_paths("AMENT_PREFIX_PATH"), *_python_prefixes()]
         given = [*self.package_map.values(), *self.package_dirs]
         named = [*map(Path, given), *_environment_paths("ROS_PACKAGE_PATH")]
@@ -134,7 +134,7 @@ def _python_prefixes() -> list[Path]:
 
 
 def _is(kind: Callable[[int], bool], path: Path) -> bool:
-    """Tell whether a path is of a kind. Names come from anywhere: what is no name is nothing."""
+    """Tell whether a path is of a kind. Names come from anywhere: other texts are no paths."""
     try:
         return kind(path.stat().st_mode)
     except (OSError, ValueError):
@@ -240,7 +240,7 @@ def _is_pointer(path: Path) -> bool:
 
 
 def _path_of(resource: str, base: Path | None, packages: Packages) -> Path:
-    """Return the path that an address means, whatever is there."""
+    """Return the path that an address means, whether or not it is there."""
     if not resource.strip():
         raise SceneFileError(f"expected a path, package:// or file://, got {resource!r}")
     if len(resource) > MAX_RESOURCE:

@@ -1,6 +1,6 @@
 """Properties of a scene file that nothing reads: mistyped, as far as that can be told.
 
-Groups that are not ours are the user's own, and so is what is in them.
+Groups that are not ours are the user's own, with all their properties.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Renderers as type and parameters, in the words of scene files: what requests bring along."""
+"""Renderers of requests as type and parameters, in the words of scene files."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def renderer_from_text(kind: str, parameters: str, label: str) -> RenderEngine:
     """Return a renderer of a type of scene files, with parameters as they have them, as YAML.
 
     Raises SceneFileError, with ``label``, line and name, for parameters that it does not have or
-    values that they can't have, EngineError for what is not installed.
+    values that they can't have, EngineError for one that is not installed.
     """
     document = parse_yaml(parameters, label)
     given = {} if document.data is None else document.data

@@ -1,4 +1,4 @@
-"""Turn what a scene file says about renderers into renderers of a scene graph."""
+"""Turn renderers of a scene file into those of a scene graph."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _OF_FILES = ("name", "type", "lights")
 
 
 def renderer_from_spec(spec: RendererSpec) -> RenderEngine:
-    """Return the renderer. Raises EngineError for a parameter, or for what is not installed."""
+    """Return the renderer. Raises EngineError for a parameter, or a missing package."""
     parameters = {
         field: value
         for field, value in spec.model_dump().items()
@@ -55,9 +55,9 @@ def renderer_from_spec(spec: RendererSpec) -> RenderEngine:
 
 @contextmanager
 def added_renderers(to: Application) -> Iterator[None]:
-    """Add the renderers of a scene, and take them back where what is done with them fails.
+    """Add the renderers of a scene, and take them back where an error follows.
 
-    Names are those of the file, whatever the prefix of its sources, as geometries name the
+    Names are those of the file, without the prefix of its sources, as geometries name the
     renderers that draw them. One that is there already with the same parameters is shared.
     """
     added: list[str] = []

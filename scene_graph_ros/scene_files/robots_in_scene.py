@@ -107,7 +107,7 @@ def _add_robot(to: Application, spec: RobotSpec, index: int) -> None:
 
 
 def _adjacent_notes(robot: str, model: RobotModel, frames: Mapping[str, FrameId]) -> Iterator[str]:
-    """Say which pairs of links ``filter_adjacent`` leaves without checks."""
+    """Yield a sentence for each pair of links that ``filter_adjacent`` leaves without checks."""
     for link_A, link_B in sorted(adjacent_pairs(model)):
         if link_A in frames and link_B in frames:
             yield f"robot {robot!r}: {link_A!r} and {link_B!r} are adjacent, and not checked"
@@ -116,7 +116,7 @@ def _adjacent_notes(robot: str, model: RobotModel, frames: Mapping[str, FrameId]
 def _moving_base(
     to: Application, spec: RobotSpec, model: RobotModel, index: int
 ) -> MovingBase | None:
-    """Return who moves the base, None where nobody does."""
+    """Return the mover of the base, None where there is none."""
     base = spec.base
     if not base.moves:
         return None

@@ -28,7 +28,7 @@ _PATHS = {("deformable", "embedded_mesh"), ("phong", "diffuse_map")}
 
 
 def check_saved(saved: Snapshot, text: str, files: SavedFiles) -> None:
-    """Raise SceneSaveError, which says of what, unless ``text`` loads to what was saved.
+    """Raise SceneSaveError, naming the object, unless ``text`` loads to the saved scene.
 
     It is read in a folder of its own, with the files that are to be beside it.
     """
@@ -92,7 +92,7 @@ def _geometry(label: str, one: Any, other: Any) -> Iterator[tuple[str, Any, Any]
 
 
 def _shape(shape: Any) -> Any:
-    """Return what is equal where shapes are; contents of a file are the file."""
+    """Return a value that is equal where shapes are; contents of a file are the file."""
     if not isinstance(shape, MeshShape):
         return shape
     source: Any = None

@@ -50,12 +50,12 @@ def save_scene(
     ``load_scene(path).apply(scene_graph)`` makes it, ``set_initial_poses`` puts frames where they
     are in ``context``: without one, at the identity. ``cameras`` are of the scene, as
     ``LoadedScene.cameras`` has them. Robots become sources with frames: their joints are not
-    part of a scene graph. Meshes are named by path; what is in memory only is written in full, or
+    part of a scene graph. Meshes are named by path; those in memory only are written in full, or
     into a folder beside, ``<path's stem>_files``. Filters that are in force become permanent.
 
     The file is read back and compared before anything is written.
 
-    Raises SceneSaveError, and writes nothing, for what a scene file can't say: a slash in a name,
+    Raises SceneSaveError, and writes nothing, for scenes that no file can hold: a slash in a name,
     a frame below one of another source, deformed geometry, properties that are arrays, another
     accuracy than "exact". Raises OSError where nothing can be written.
     """

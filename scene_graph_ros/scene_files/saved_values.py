@@ -77,7 +77,7 @@ class SavedFiles:
 
 
 def pose_to_spec(X: np.ndarray[Any, Any]) -> dict[str, Any]:
-    """Return a pose ``(4, 4)``, also the identity: what says none has zeros with a sign."""
+    """Return a pose ``(4, 4)``, also the identity: without one, zeros have a sign."""
     return {"matrix": X[:3].tolist()}
 
 
@@ -128,7 +128,7 @@ def volume_mesh_bytes(mesh: VolumeMesh) -> bytes:
 
 
 def properties_to_spec(groups: Mapping[str, Mapping[str, Any]], label: str) -> dict[str, Any]:
-    """Return properties by group and name. Raises SceneSaveError for what a file can't hold."""
+    """Return properties by group and name. Raises SceneSaveError for values no file can hold."""
     return {
         group: {
             name: plain_value(value, f"{label}: the property ({group!r}, {name!r})")

@@ -37,7 +37,7 @@ class Scene(SceneFile):
         ``prefix`` goes before the names of sources and of anchored geometries, which share the
         world with those of other scenes; references in the file are meant without it. Raises
         SceneFileError, with the place in the scene file, for robots and meshes that cannot be
-        read and for whatever the scene graph refuses.
+        read and for all objects that the scene graph refuses.
         """
         from scene_graph_ros.scene_files.apply_scene import apply_scene
 

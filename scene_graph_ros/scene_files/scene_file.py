@@ -14,7 +14,7 @@ __all__ = ["SceneFile"]
 
 @dataclass(frozen=True)
 class SceneFile:
-    """What a file says, and what is needed to read the files that it names."""
+    """A file's content, and the base for reading the files that it names."""
 
     spec: SceneSpec
     document: YamlDocument

@@ -140,7 +140,7 @@ class ConfigurationsSpec(_Spec):
 
 
 class SourceSpec(HandleSpec):
-    """Someone who owns frames and geometry, and alone moves and changes them."""
+    """An owner of frames and geometry, which alone moves and changes them."""
 
     name: Name
     poses: PosesSpec | None = Field(
@@ -169,7 +169,7 @@ class RolesSpec(_Spec):
 
 
 class DeformableSpec(_Spec):
-    """What makes a geometry deformable: its shape is cut into tetrahedra, whose vertices move."""
+    """Options of a deformable geometry: its shape is cut into tetrahedra, whose vertices move."""
 
     resolution_hint: Annotated[Number, Field(gt=0.0)] | None = Field(
         None,
@@ -374,7 +374,7 @@ class FilterSpec(_Spec):
 
 
 class SceneSpec(_Spec):
-    """A scene: who owns what, where it is, and what is not checked."""
+    """A scene: owners, poses, and pairs that are not checked."""
 
     version: Literal[1] = Field(description="Version of this format.")
     name: str = ""

@@ -1,4 +1,4 @@
-"""Say what is wrong with a scene file in words that point into the file."""
+"""Describe errors of a scene file in words that point into the file."""
 
 from __future__ import annotations
 

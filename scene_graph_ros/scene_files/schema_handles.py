@@ -10,7 +10,7 @@ __all__ = ["HandleSpec"]
 
 
 class HandleSpec(BaseModel):
-    """What a source may say about its handle. Without a word nobody gets it."""
+    """A source's options for its handle. Without one nobody gets it."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 

@@ -200,7 +200,7 @@ class _Reader:
         return members
 
     def _chain(self, element: XmlElement) -> set[str]:
-        """Return the joints between two links: of both branches, below what they share."""
+        """Return the joints between two links: of both branches, below their common part."""
         base, tip = self._link(element, "base_link"), self._link(element, "tip_link")
         if base is None or tip is None:
             return set()

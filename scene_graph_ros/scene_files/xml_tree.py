@@ -93,7 +93,7 @@ class XmlElement:
         return child
 
     def location(self, attribute: str = "") -> Location:
-        """Return where this element, or one of its attributes, is."""
+        """Return the location of this element, or of one of its attributes."""
         path = f"{self.path}.{attribute}" if attribute else self.path
         return Location(self.file, self.line, path)
 
@@ -154,7 +154,7 @@ class XmlElement:
 
 
 class _TreeBuilder:
-    """Collects what expat reports into a tree."""
+    """Collects the events of expat into a tree."""
 
     def __init__(self, file: str, lines_before: int) -> None:
         self.file = file

@@ -114,7 +114,7 @@ class YamlDocument:
         return self._lines
 
     def location(self, *path: str | int) -> Location:
-        """Return where the value at ``path`` is, or where the nearest value around it is."""
+        """Return the location of the value at ``path``, or of the nearest value around it."""
         for length in range(len(path), -1, -1):
             line = self._lines.get(path[:length])
             if line is not None:
@@ -222,7 +222,7 @@ Entries = dict[str, tuple[yaml.Node, yaml.Node]]
 
 
 class _Merge:
-    """What mappings hold when the merge keys (``<<``) in them are followed.
+    """The content of mappings when the merge keys (``<<``) in them are followed.
 
     Each mapping is worked out once and has each key once, so that mappings which merge mappings
     do not multiply.
@@ -254,7 +254,7 @@ class _Merge:
         return result
 
     def _merged(self, node: yaml.MappingNode, path: Path) -> Iterator[Entries]:
-        """Yield what a mapping merges; of a list, the first mapping comes last, and wins."""
+        """Yield the mappings that one merges; of a list, the first comes last, and wins."""
         for key, value in node.value:
             if key.tag != _MERGE:
                 continue

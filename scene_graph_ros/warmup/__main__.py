@@ -1,7 +1,7 @@
 """Compile kernels once: ``python -m scene_graph_ros.warmup``.
 
-Without arguments, what the main job needs; what a capability adds is compiled by its name, by
---all, or by a node when a scene first asks for it. The big entry points are compiled in processes
+Without arguments, those of the main job; those of a capability are compiled by its name, by --all,
+or by a node when a scene first asks for them. The big entry points are compiled in processes
 of their own, side by side; then a process asks everything, which must find nothing left to
 compile. A second call does only that.
 """

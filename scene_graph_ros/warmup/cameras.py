@@ -1,4 +1,4 @@
-"""What compiles the kernels of cameras."""
+"""Calls that compile the kernels of cameras."""
 
 from __future__ import annotations
 

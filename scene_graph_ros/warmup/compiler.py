@@ -22,7 +22,7 @@ _TAIL = 20
 
 
 class CompilingError(RuntimeError):
-    """A process that compiles ended early; the message says which, and what it said last."""
+    """A process that compiles ended early; the message names it, and has its last words."""
 
 
 class Progress(NamedTuple):
@@ -36,7 +36,7 @@ class Progress(NamedTuple):
 class _Task:
     """A function, as ``module:name``, that is run for a group; a check finds all compiled.
 
-    It begins when what is compiled for the groups of ``after`` is.
+    It begins when the groups of ``after`` are compiled.
     """
 
     group: str
@@ -59,7 +59,7 @@ def _next_of(waiting: list[_Task], running: list[_Task]) -> _Task | None:
 
 
 class Compiler:
-    """Compiles what is not compiled yet; `run` in one thread, `stop` in any."""
+    """Compiles missing kernels; `run` in one thread, `stop` in any."""
 
     def __init__(
         self, groups: Iterable[KernelGroup], *, processes: int = 1, niceness: int = 0
@@ -96,10 +96,10 @@ class Compiler:
                 process.kill()
 
     def _tasks(self) -> list[_Task]:
-        """Return all that is to be done, in the order in which it begins where it may.
+        """Return all tasks, in the order in which they begin where they may.
 
-        What all other kernels are built on comes first. Beside its last kernels, which take long,
-        goes what is not built on them, and may go on beside what is.
+        The base of all other kernels comes first. Beside its last kernels, which take long, go
+        tasks that are not built on them, and may go on beside those that are.
         """
         foundation, apart, rest, last = (list[_Task]() for _ in range(4))
         for group in self._groups:

@@ -1,4 +1,4 @@
-"""What compiles the kernels of convex sets."""
+"""Calls that compile the kernels of convex sets."""
 
 from __future__ import annotations
 

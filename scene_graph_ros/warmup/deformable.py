@@ -1,4 +1,4 @@
-"""What compiles the kernels of deformable contact."""
+"""Calls that compile the kernels of deformable contact."""
 
 from __future__ import annotations
 

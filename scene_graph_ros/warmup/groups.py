@@ -1,7 +1,7 @@
-"""The one list of kernels: what the main job needs, and each capability that adds to it.
+"""The one list of kernels: those of the main job, and of each capability that adds to it.
 
-A capability adds one `KernelGroup`. Its effects and queries in the node name the group; what asks
-for them has it compiled. Nothing is imported by reading this list.
+A capability adds one `KernelGroup`. Its effects and queries in the node name the group, which is
+compiled when they are first asked for. Nothing is imported by reading this list.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ class KernelGroup:
     """Kernels that are compiled together.
 
     ``tasks`` are functions, as ``module:name``, that call the big entry points; they run side by
-    side, the slowest first. What is a part of another's work stands where that is not there yet.
+    side, the slowest first. A part of another's work stands where that is not there yet.
     ``checks`` ask everything after them and find nothing to compile; the tasks themselves where
-    there are none. The modules import what declares the kernels, so that they can be counted
-    beforehand. ``is_apart`` says that it builds on nothing of the main job that takes long.
+    there are none. The modules import the declarations of the kernels, so that they can be counted
+    beforehand. ``is_apart`` says that it builds on no slow kernel of the main job.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""What compiles the kernels of the main job: all shapes, poses, contacts and distances."""
+"""Calls that compile the kernels of the main job: all shapes, poses, contacts and distances."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def _boxes_as_cores() -> tuple[Pair, Workspace]:
 
 
 def find_near_contacts() -> None:
-    """Do what is a part of ``find_pairs``, and takes longest there, beside it."""
+    """Do the longest part of ``find_pairs`` beside it."""
     pair, work = _boxes_as_cores()
     _, is_overlapping, count, lower, size, found = contact_apart(pair, pair.p, 0.0, 0.0, work)
     near_contact(pair, 0.0, count, work, size, (is_overlapping, lower, found))
@@ -151,14 +151,14 @@ def find_candidates() -> None:
 
 
 def make_models() -> None:
-    """Place frames, and make what geometry of every capability has made when it is registered."""
+    """Place frames, and make the models of geometry of every capability."""
     _scene_of_all_shapes().snapshot.X_WG  # noqa: B018
     read_poses()
     make_bodies()
 
 
 def make_bodies() -> None:
-    """Make what a request makes of compliant and deformable geometry, and what viewers show.
+    """Make the bodies of compliant and deformable geometry, and their drawings.
 
     Neither is to wait until the kernels of these capabilities' contact are there.
     """

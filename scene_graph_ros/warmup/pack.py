@@ -1,7 +1,7 @@
 """Write compiled kernels to one file: ``python -m scene_graph_ros.warmup.pack FILE``.
 
 For wheels, which bring them along. ``NUMBA_CPU_NAME`` names the baseline of processors that they
-are for; what is not compiled yet is compiled first.
+are for; missing kernels are compiled first.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What compiles the kernels of robots: of joint states, and of planning."""
+"""Calls that compile the kernels of robots: of joint states, and of planning."""
 
 from __future__ import annotations
 

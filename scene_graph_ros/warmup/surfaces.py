@@ -1,4 +1,4 @@
-"""What compiles the kernels of contact surfaces."""
+"""Calls that compile the kernels of contact surfaces."""
 
 from __future__ import annotations
 

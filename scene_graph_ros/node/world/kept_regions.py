@@ -26,7 +26,7 @@ __all__ = ["FollowedRegions", "KeptRegion", "KeptRegions", "Surroundings"]
 
 @dataclass(frozen=True, eq=False)
 class KeptRegion:
-    """A bounded region of the world ``(3,)`` with a name, and geometries that do not count in it."""
+    """A bounded region of the world ``(3,)`` with a name, and geometries that it ignores."""
 
     name: str
     region: HPolyhedron
