@@ -56,8 +56,9 @@ def _run(
         action()
     except error:
         return True, tracer.count
-    except TypeError:
-        # NumPy answers an interrupt inside of a comparison of records with this one of its own.
+    except (TypeError, SystemError):
+        # NumPy answers an interrupt inside of a comparison of records with a TypeError of its own,
+        # numba one inside of Python code that reads what a kernel returns with a SystemError.
         if tracer.count != at:
             raise
         return True, tracer.count
