@@ -1,8 +1,9 @@
-"""A small world, every way to edit it, and all that it answers: by names, to compare worlds."""
+"""A small world, and all that it answers: by names, to compare worlds."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+import copy
 import itertools
 from typing import Any
 
@@ -10,11 +11,8 @@ import numpy as np
 from soft_bodies import soft_instance, WORLD
 
 from scene_graph_ros.geometry import (
-    add_compliant_hydroelastic_properties,
-    add_rigid_hydroelastic_properties,
     Box,
     Capsule,
-    CollisionFilterDeclaration,
     Context,
     Convex,
     Cylinder,
@@ -23,20 +21,16 @@ from scene_graph_ros.geometry import (
     GeometryInstance,
     GeometrySet,
     HalfSpace,
-    IllustrationProperties,
     Mesh,
-    PerceptionProperties,
     ProximityProperties,
-    Rgba,
     Role,
-    RoleAssign,
     SceneGraph,
     Sphere,
 )
 
-__all__ = ["EDITS", "EDITS_OF_POSES", "PREPARATIONS", "World", "answers_of"]
+__all__ = ["TETRAHEDRON", "Renderer", "World", "answers_of", "at"]
 
-_TETRAHEDRON = np.array([[0.0, 0, 0], [0.3, 0, 0], [0, 0.3, 0], [0, 0, 0.3]])
+TETRAHEDRON = np.array([[0.0, 0, 0], [0.3, 0, 0], [0, 0.3, 0], [0, 0, 0.3]])
 _FACES = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
 _POINTS = np.array([[0.11, 0.23, 0.31], [-0.4, 0.2, 0.9]])
 
@@ -91,8 +85,8 @@ class World:
         self._add("rod", "link1", at(0, 0.1, 0, 0.3), Capsule(0.1, 0.5))
         self._add("can", "link1", at(0.1, 0.1, 0.2), Cylinder(0.15, 0.3))
         self._add("egg", "link2", at(0, 0, 0.1), Ellipsoid(0.1, 0.2, 0.3))
-        self._add("hull", "tool", np.eye(4), Convex(vertices=_TETRAHEDRON))
-        self._add("mesh", "tool", at(0.2, 0, 0), Mesh(vertices=_TETRAHEDRON, faces=_FACES))
+        self._add("hull", "tool", np.eye(4), Convex(vertices=TETRAHEDRON))
+        self._add("mesh", "tool", at(0.2, 0, 0), Mesh(vertices=TETRAHEDRON, faces=_FACES))
         self._add("box", "crate", at(0, 0, 0, 0.2), Box(0.3, 0.4, 0.5))
         self._hang("knob", "box", at(0.2, 0, 0), Sphere(0.05))
         self._hang("button", "knob", at(0.1, 0, 0), Sphere(0.04))
@@ -112,12 +106,29 @@ class World:
         context.set_frame_pose(other, self.frames["crate"], at(0.35, 0.1, 0.05, 0.4))
         self.target: Context | None = None if of_graph else context
         self.filter_id: Any = None
+        self._is_own = own
         prepare(self)
-        self.query = graph.query_object(context)
+        self._ask_first()
+
+    def copy(self) -> World:
+        """Return another world with the same model, which was asked and edited as this was first.
+
+        This one must be as it was made. It takes a third of the time that making one takes.
+        """
+        result = copy.copy(self)
+        result.graph, result.context = self.graph.clone(), self.context.clone()
+        if self.target is not None:
+            result.target = result.context
+        result._ask_first()
+        return result
+
+    def _ask_first(self) -> None:
+        """Have all questions answered; then the model becomes its own, where it is to be."""
+        self.query = self.graph.query_object(self.context)
         answers_of(self)
-        if own:
+        if self._is_own:
             for name in ("can of before", "can"):
-                graph.rename_geometry(arm, self.ids["can"], name, context=self.target)
+                self.graph.rename_geometry(self.arm, self.ids["can"], name, context=self.target)
 
     def asked(self) -> tuple[Context, Any]:
         """Return the context that answers, and its queries."""
@@ -164,6 +175,15 @@ class World:
 def _ids_by_pair(table: Any, names: dict[int, str], fields: tuple[str, ...]) -> Any:
     pairs = [(names[int(a)], names[int(b)]) for a, b in zip(table.id_A, table.id_B, strict=True)]
     return pairs, *(getattr(table, field).tolist() for field in fields)
+
+
+def _values(properties: Any) -> list[tuple[str, str, str]]:
+    """Return all of a role's properties; what they show themselves as is cut."""
+    return [
+        (group, name, repr(value))
+        for group in sorted(properties.get_group_names())
+        for name, value in sorted(properties.get_properties_in_group(group).items())
+    ]
 
 
 def _model(inspector: Any, names: dict[int, str]) -> dict[str, Any]:
@@ -256,163 +276,3 @@ def answers_of(world: World) -> dict[str, Any]:
     found["renderers"] = world.graph.registered_renderer_names(context=context)
     found["accuracy"] = str(world.graph.accuracy), len(query.compute_point_pair_penetration())
     return found
-
-
-def _coloured() -> IllustrationProperties:
-    result = IllustrationProperties()
-    result.add_property("phong", "diffuse", Rgba(1, 0, 0, 1))
-    return result
-
-
-def _soft() -> ProximityProperties:
-    result = ProximityProperties()
-    add_compliant_hydroelastic_properties(result, 0.1, 1e5)
-    return result
-
-
-def _rigid() -> ProximityProperties:
-    result = ProximityProperties()
-    add_rigid_hydroelastic_properties(result, 0.1)
-    return result
-
-
-def _triangles() -> ProximityProperties:
-    result = ProximityProperties()
-    result.add_property("mesh", "representation", "triangles")
-    return result
-
-
-def _declare(world: World) -> None:
-    declaration = CollisionFilterDeclaration()
-    declaration.exclude_within(world.set_of("egg", "mesh", "box", "floor"))
-    declaration.allow_between(world.set_of("ball"), world.set_of("rod"))
-    world.graph.collision_filter_manager(world.target).apply(declaration)
-
-
-def _exclude(world: World) -> None:
-    world.graph.exclude_collisions_between(
-        world.set_of("egg"), world.set_of("hull"), context=world.target
-    )
-
-
-def _exclude_for_now(world: World) -> None:
-    declaration = CollisionFilterDeclaration()
-    declaration.exclude_between(world.set_of("can", "egg"), world.set_of("box"))
-    manager = world.graph.collision_filter_manager(world.target)
-    world.filter_id = manager.apply_transient(declaration)
-
-
-def _several(world: World) -> None:
-    """Make three changes that count together."""
-
-    def change() -> None:
-        graph, to = world.graph, world.target
-        source = graph.register_source("new", context=to)
-        graph.register_frame(source, GeometryFrame("new"), context=to)
-        graph.change_shape(world.arm, world.ids["ball"], Box(0.5, 0.4, 0.3), context=to)
-
-    world.graph.all_or_nothing(change, context=world.target)
-
-
-Edit = Callable[[World], Any]
-
-PREPARATIONS: dict[str, Edit] = {"remove transient": _exclude_for_now}
-"""What is done to a world before an edit, which is one change, can be made."""
-
-EDITS: dict[str, Edit] = {
-    "register source": lambda w: w.graph.register_source("new", context=w.target),
-    "remove source": lambda w: w.graph.remove_source(w.other, context=w.target),
-    "register frame": lambda w: w.graph.register_frame(
-        w.arm, GeometryFrame("new"), parent=w.frames["link1"], context=w.target
-    ),
-    "remove frame": lambda w: w.graph.remove_frame(w.arm, w.frames["link1"], context=w.target),
-    "rename frame": lambda w: w.graph.rename_frame(
-        w.arm, w.frames["link1"], "elbow", context=w.target
-    ),
-    "change parent": lambda w: w.graph.change_parent(
-        w.other, w.frames["crate"], w.frames["link2"], context=w.target
-    ),
-    "register geometry": lambda w: w.graph.register_geometry(
-        w.arm, w.frames["link2"], w.instance("new", at(0.1, 0, 0), Sphere(0.3)), context=w.target
-    ),
-    "register hanging geometry": lambda w: w.graph.register_geometry(
-        w.arm, w.ids["ball"], w.instance("new", at(0.1, 0, 0), Box(1, 1, 1)), context=w.target
-    ),
-    "register anchored geometry": lambda w: w.graph.register_anchored_geometry(
-        w.other, w.instance("wall", at(0.3, 0, 0), Box(0.1, 1, 1)), context=w.target
-    ),
-    "register deformable geometry": lambda w: w.graph.register_deformable_geometry(
-        w.arm, WORLD, soft_instance("soft", Box(0.1, 0.1, 0.1)), 0.1, context=w.target
-    ),
-    "remove geometry": lambda w: w.graph.remove_geometry(w.other, w.ids["box"], context=w.target),
-    "rename geometry": lambda w: w.graph.rename_geometry(
-        w.arm, w.ids["rod"], "stick", context=w.target
-    ),
-    "assign proximity": lambda w: w.graph.assign_role(
-        w.arm, w.ids["picture"], ProximityProperties(), context=w.target
-    ),
-    "assign illustration": lambda w: w.graph.assign_role(
-        w.arm, w.ids["ball"], _coloured(), context=w.target
-    ),
-    "assign perception": lambda w: w.graph.assign_role(
-        w.arm, w.ids["ball"], PerceptionProperties(), context=w.target
-    ),
-    "replace properties": lambda w: w.graph.assign_role(
-        w.arm, w.ids["mesh"], _triangles(), RoleAssign.REPLACE, context=w.target
-    ),
-    "make compliant": lambda w: w.graph.assign_role(
-        w.arm, w.ids["ball"], _soft(), RoleAssign.REPLACE, context=w.target
-    ),
-    "make rigid": lambda w: w.graph.assign_role(
-        w.other, w.ids["box"], _rigid(), RoleAssign.REPLACE, context=w.target
-    ),
-    "remove role": lambda w: w.graph.remove_role(
-        w.arm, w.ids["rod"], Role.PROXIMITY, context=w.target
-    ),
-    "remove roles of a frame": lambda w: w.graph.remove_role(
-        w.other, w.frames["crate"], Role.PROXIMITY, context=w.target
-    ),
-    "change shape": lambda w: w.graph.change_shape(
-        w.arm, w.ids["ball"], Box(0.5, 0.4, 0.3), context=w.target
-    ),
-    "change shape and pose": lambda w: w.graph.change_shape(
-        w.other, w.ids["box"], Sphere(0.3), at(0.05, 0.1, 0.2, 1.0), context=w.target
-    ),
-    "change mesh": lambda w: w.graph.change_shape(
-        w.arm, w.ids["hull"], Convex(vertices=1.5 * _TETRAHEDRON), context=w.target
-    ),
-    "declare filters": _declare,
-    "exclude a pair": _exclude,
-    "exclude within": lambda w: w.graph.exclude_collisions_within(
-        w.set_of("egg", "box", "can"), context=w.target
-    ),
-    "several changes": _several,
-    "apply transient": _exclude_for_now,
-    "remove transient": lambda w: w.graph.collision_filter_manager(w.target).remove_declaration(
-        w.filter_id
-    ),
-    "add renderer": lambda w: w.graph.add_renderer("new", Renderer(), context=w.target),
-    "remove renderer": lambda w: w.graph.remove_renderer("first", context=w.target),
-    "set accuracy": lambda w: w.graph.set_accuracy("quick", context=w.target),
-    "set engine": lambda w: w.graph.set_engine("native", context=w.target),
-}
-
-EDITS_OF_POSES: dict[str, Edit] = {
-    "set all poses": lambda w: w.context.set_frame_poses(w.arm, w.poses(0.03)),
-    "set some poses": lambda w: w.context.set_frame_poses(
-        w.arm, {w.frames["link1"]: at(0.2, 0.1, 0, 1), w.frames["tool"]: at(0.3, 0, 0.1, 2)}
-    ),
-    "set a pose": lambda w: w.context.set_frame_pose(w.other, w.frames["crate"], at(0.1, 0, 0)),
-    "set configurations": lambda w: w.context.set_configurations(
-        w.arm, {w.ids["pad"]: 1.1 * w.context.configuration(w.ids["pad"])}
-    ),
-}
-
-
-def _values(properties: Any) -> list[tuple[str, str, str]]:
-    """Return all of a role's properties; what they show themselves as is cut."""
-    return [
-        (group, name, repr(value))
-        for group in sorted(properties.get_group_names())
-        for name, value in sorted(properties.get_properties_in_group(group).items())
-    ]

@@ -9,13 +9,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 import random
+import signal
 import sys
 from types import FrameType
 from typing import Any
 
 from searching import times
 
-__all__ = ["SAMPLE", "instruction_count", "interrupted_at", "places"]
+__all__ = ["SAMPLE", "instruction_count", "interrupted_at", "places", "signalled_at"]
+
+_SOON = 2e-6
+"""s: as long as some instructions take."""
 
 SAMPLE = 20
 """Instructions that are tried of each action, where a run of all tests does; else `times` more."""
@@ -52,8 +56,9 @@ def _run(
         action()
     except error:
         return True, tracer.count
-    except TypeError:
-        # NumPy answers an interrupt inside of a comparison of records with this one of its own.
+    except (TypeError, SystemError):
+        # NumPy answers an interrupt inside of a comparison of records with a TypeError of its own,
+        # numba one inside of Python code that reads what a kernel returns with a SystemError.
         if tracer.count != at:
             raise
         return True, tracer.count
@@ -72,6 +77,44 @@ def interrupted_at(
 ) -> bool:
     """Begin an action and interrupt it at an instruction; tell whether it came so far."""
     return _run(action, at, error)[0]
+
+
+def signalled_at(action: Callable[[], Any], at: int) -> bool:
+    """Begin an action, have a signal come just after an instruction; tell whether it ended it.
+
+    The handler raises KeyboardInterrupt where the interpreter calls it, as that of Ctrl-C does.
+    """
+
+    def ring(number: int, frame: FrameType | None) -> None:
+        raise KeyboardInterrupt
+
+    def step(frame: FrameType, event: str, argument: Any) -> Any:
+        nonlocal left
+        if event == "opcode":
+            left -= 1
+            if left < 0:
+                sys.settrace(None)
+                signal.setitimer(signal.ITIMER_REAL, _SOON)
+        return step
+
+    def call(frame: FrameType, event: str, argument: Any) -> Any:
+        frame.f_trace_opcodes, frame.f_trace_lines = True, False
+        return step
+
+    left, before, tracer = at, signal.getsignal(signal.SIGALRM), sys.gettrace()
+    clock = signal.getitimer(signal.ITIMER_REAL)  # of who waits for the test
+    signal.signal(signal.SIGALRM, ring)
+    sys.settrace(call)
+    try:
+        action()
+        signal.setitimer(signal.ITIMER_REAL, 0.0)  # One that has come is handled here at last.
+    except KeyboardInterrupt:
+        return True
+    finally:
+        sys.settrace(tracer)
+        signal.signal(signal.SIGALRM, before)
+        signal.setitimer(signal.ITIMER_REAL, *clock)
+    return False
 
 
 def places(count: int, seed: str, sample: int = SAMPLE) -> Iterator[int]:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 import itertools
-from typing import Any, NamedTuple
+from typing import Any, TypeVar
 
 import numpy as np
 
 from scene_graph_ros.convex.errors import ConvexSetError
 from scene_graph_ros.convex.graphs.graphviz import graphviz_string
 from scene_graph_ros.convex.graphs.model.edge import Edge, Vertex
+from scene_graph_ros.convex.graphs.model.edge_table import EdgeTable
 from scene_graph_ros.convex.graphs.model.options import (
     as_options,
     GcsGraphvizOptions,
@@ -28,24 +29,13 @@ from scene_graph_ros.convex.questions.arguments import (
     as_vector,
 )
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
+from scene_graph_ros.geometry.model.writes import Writes
 from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 
-__all__ = ["GraphOfConvexSets", "let_go"]
+__all__ = ["GraphOfConvexSets"]
 
-
-class _Tables(NamedTuple):
-    """What a graph has, by numbers, in the order in which it was added."""
-
-    vertices: dict[int, Vertex]
-    edges: dict[int, Edge]
-
-
-def let_go(edges: Iterable[Edge]) -> None:
-    """Have the vertices of edges that are of no graph any more keep them no longer."""
-    for edge in edges:
-        edge.u._outgoing.pop(edge.id, None)
-        edge.v._incoming.pop(edge.id, None)
+Part = TypeVar("Part", Vertex, Edge)
 
 
 @one_line("num_vertices", "num_edges")
@@ -58,56 +48,46 @@ class GraphOfConvexSets:
     constraints have to bound the points of paths.
     """
 
-    # What is in the tables is of the graph: an edit is one write to them, before which what was
-    # derived of them is forgotten. Vertices may know more edges than these, and leave them out.
+    # What is in the tables is of the graph. An addition is one write to them; a removal happens
+    # once its writes are known, and whoever looks at the graph does those that are left. Before
+    # either, what was derived is forgotten. Vertices may know more edges, and leave them out.
 
     def __init__(self) -> None:
-        self._tables = _Tables({}, {})
+        self._vertices: dict[int, Vertex] = {}
+        self._edges: EdgeTable[Edge] = EdgeTable()
         self._phi: dict[int, frozenset[bool]] = {}
         self._numbers = itertools.count()
         self._ends: tuple[dict[int, int], np.ndarray, np.ndarray] | None = None
 
     @property
-    def _vertices(self) -> dict[int, Vertex]:
-        return self._tables.vertices
-
-    @property
-    def _edges(self) -> dict[int, Edge]:
-        return self._tables.edges
-
-    @property
     def vertices(self) -> list[Vertex]:
         """All vertices, in the order in which they were added."""
-        return list(self._vertices.values())
+        return list(self._vertices_now().values())
 
     @property
     def edges(self) -> list[Edge]:
         """All edges, in the order in which they were added."""
-        return list(self._edges.values())
+        return list(self._edges.now().values())
 
     @property
     def num_vertices(self) -> int:
         """The number of vertices."""
-        return len(self._vertices)
+        return len(self._vertices_now())
 
     @property
     def num_edges(self) -> int:
         """The number of edges."""
-        return len(self._edges)
+        return len(self._edges.now())
 
     def add_vertex(self, set: ConvexSet, name: str = "") -> Vertex:  # noqa: A002  the spec's name
         """Add a set. Raises ConvexSetError unless it has a point; it may be unbounded."""
-        label = (
-            f"GraphOfConvexSets.add_vertex: set of {name!r}"
-            if name
-            else ("GraphOfConvexSets.add_vertex: set")
-        )
-        if not isinstance(set, ConvexSet):
-            raise ConvexSetError(f"{label} must be a ConvexSet, not {quoted(set)}")
-        if set.is_empty():
+        if not isinstance(set, ConvexSet) or set.is_empty():
+            label = "GraphOfConvexSets.add_vertex: set" + (f" of {name!r}" if name else "")
+            if not isinstance(set, ConvexSet):
+                raise ConvexSetError(f"{label} must be a ConvexSet, not {quoted(set)}")
             raise ConvexSetError(f"{label}, {quoted(set)}, is empty; leave the vertex out")
         number = next(self._numbers)
-        vertex = Vertex(number, set, name or f"v{number}", self.is_valid)
+        vertex = Vertex(number, set, name or f"v{number}", self._edges)
         self._ends = None
         self._vertices[number] = vertex
         return vertex
@@ -124,39 +104,51 @@ class GraphOfConvexSets:
         edge = Edge(number, u, v, name or f"e{number}", self._phi)
         u._outgoing[number] = v._incoming[number] = edge
         self._ends = None
-        self._edges[number] = edge
+        self._edges.now()[number] = edge
         return edge
 
     def remove_vertex(self, vertex: Vertex) -> None:
         """Remove a vertex and all its edges. Raises ConvexSetError unless it is of this graph."""
         self._check_vertex(vertex, "remove_vertex: vertex")
-        let_go(self._without({vertex.id}))
+        self._remove(self._removal([vertex]))
 
-    def _without(self, gone: Collection[int]) -> list[Edge]:
-        """Remove vertices and all their edges, which are returned, in one write."""
-        vertices, edges = self._tables
-        lost = [edge for edge in edges.values() if edge.u.id in gone or edge.v.id in gone]
-        numbers = {edge.id for edge in lost}
+    def _vertices_now(self) -> dict[int, Vertex]:
+        """Return the vertices, after what is left of a removal is done."""
+        self._edges.now()
+        return self._vertices
+
+    def _removal(self, vertices: Iterable[Vertex]) -> Writes:
+        """Return the writes that remove vertices and all their edges."""
+        writes = Writes()
+        for vertex in vertices:
+            writes.drop(self._vertices, vertex.id)
+            for edge in (*vertex._incoming.values(), *vertex._outgoing.values()):
+                self._drop_edge(writes, edge)
+        return writes
+
+    def _drop_edge(self, writes: Writes, edge: Edge) -> None:
+        number = edge.id
+        writes.drop(self._edges.now(), number)
+        writes.drop(edge.u._outgoing, number)
+        writes.drop(edge.v._incoming, number)
+
+    def _remove(self, writes: Writes) -> None:
+        """Have a removal happen."""
         self._ends = None
-        self._tables = _Tables(
-            {number: each for number, each in vertices.items() if number not in gone},
-            {number: each for number, each in edges.items() if number not in numbers},
-        )
-        return lost
+        self._edges.remove(writes)
 
     def _additions_undone(self) -> Undo:
         """Return what takes back the vertices and edges that are added from now on."""
-        last = max((next(reversed(table), -1) for table in self._tables), default=-1)
+        tables = (self._vertices_now(), self._edges.now())
+        last = max(next(reversed(table), -1) for table in tables)
 
         def undo() -> None:
-            vertices, edges = self._tables
-            added = [edge for number, edge in edges.items() if number > last]
-            self._ends = None
-            self._tables = _Tables(
-                {number: each for number, each in vertices.items() if number <= last},
-                {number: each for number, each in edges.items() if number <= last},
-            )
-            let_go(added)
+            writes = Writes()
+            for edge in _added(self._edges.now(), last):
+                self._drop_edge(writes, edge)
+            for vertex in _added(self._vertices, last):
+                writes.drop(self._vertices, vertex.id)
+            self._remove(writes)
 
         return undo
 
@@ -164,13 +156,16 @@ class GraphOfConvexSets:
         """Remove an edge. Raises ConvexSetError unless it is of this graph."""
         self._check_edge(edge, "remove_edge: edge")
         self._ends = None
-        del self._edges[edge.id]
-        let_go([edge])
+        number = edge.id
+        del self._edges.now()[number]
+        edge._u._outgoing.pop(number, None)
+        edge._v._incoming.pop(number, None)
 
     def is_valid(self, of: Vertex | Edge) -> bool:
         """Tell whether a vertex or an edge is of this graph."""
-        own = self._edges if isinstance(of, Edge) else self._vertices
-        return own.get(getattr(of, "id", -1)) is of
+        edges = self._edges.now()
+        own = edges if isinstance(of, Edge) else self._vertices
+        return own.get(getattr(of, "_id", -1)) is of
 
     def clear_all_phi_constraints(self) -> None:
         """Allow every edge to be on the path or not."""
@@ -301,7 +296,7 @@ class GraphOfConvexSets:
             and result.vertices[:1] == (source.id,)
             and (result.vertices[-1:] == (target.id,))
         ):
-            return [self._edges[e] for e in result.path]
+            return [self._edges.now()[e] for e in result.path]
         path: list[Edge] = []
         at, seen = source, {source.id}
         while at is not target:
@@ -350,9 +345,10 @@ class GraphOfConvexSets:
 
     def _network(self, source: Vertex, target: Vertex) -> Network:
         """Return all edges by the places of their vertices, kept until there are others."""
+        vertices = self._vertices_now()
         if self._ends is None:
-            place = {number: k for k, number in enumerate(self._vertices)}
-            ends = [(place[edge.u.id], place[edge.v.id]) for edge in self._edges.values()]
+            place = {number: k for k, number in enumerate(vertices)}
+            ends = [(place[edge.u.id], place[edge.v.id]) for edge in self._edges.now().values()]
             tails, heads = np.array(ends, dtype=np.int64).reshape(-1, 2).T.copy()
             self._ends = place, tails, heads
         place, tails, heads = self._ends
@@ -369,6 +365,12 @@ class GraphOfConvexSets:
             raise ConvexSetError(
                 f"GraphOfConvexSets.{label} must be edges of this graph, not {quoted(edge)}"
             )
+
+
+def _added(table: dict[int, Part], last: int) -> list[Part]:
+    """Return what has a number above another, which is at the table's end."""
+    numbers = itertools.takewhile(lambda number: number > last, reversed(table))
+    return [table[number] for number in numbers]
 
 
 def _guessed(guess: GraphOfConvexSetsResult | Mapping[Vertex, Any], vertex: Vertex) -> np.ndarray:

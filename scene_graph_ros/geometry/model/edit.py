@@ -41,11 +41,13 @@ class Edit(Writes):
         """Add the versions of what changed, and what stays of the derived; False: nothing did."""
         if not self._changes_model:
             return False
-        state, parts = self.state, self._parts
-        self.set(state, "version", new_version())
+        state, parts, writes = self.state, self._parts, self._writes
+        writes.append((vars(state), "version", new_version()))
+        versions = state.role_versions
         for part in parts:
-            if part in _OF_ROLE:
-                self.put((state.role_versions, _OF_ROLE[part], new_version()))
+            role = _OF_ROLE.get(part)
+            if role is not None:
+                writes.append((versions, role, new_version()))
         derived = state.derived.without(parts)
         if derived is not state.derived:
             self.set(state, "derived", derived)

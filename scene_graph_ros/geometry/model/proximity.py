@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.meshes.sources import validate
-from scene_graph_ros.geometry.model.contact_properties import uses_triangles
+from scene_graph_ros.geometry.model.contact_properties import MESH_GROUP, uses_triangles
 from scene_graph_ros.geometry.model.derived import derived, Part, renewed
 from scene_graph_ros.geometry.model.hydroelastic_properties import (
     read_hydroelastic_properties,
@@ -76,7 +76,9 @@ def check_proximity(record: GeometryRecord, properties: GeometryProperties) -> G
     uses_triangles(properties)
     if record.deformable is not None:
         return record
-    record = record._replace(shape=mesh_meant(record.shape, properties))
+    shape = mesh_meant(record.shape, properties)
+    if shape is not record.shape:
+        record = record._replace(shape=shape)
     read_hydroelastic_properties(record.shape, properties, record.name)
     read_mesh_data(record.shape, properties, record.name)
     return record
@@ -87,6 +89,8 @@ def read_mesh_data(shape: Any, properties: Any, name: str) -> None:
 
     This may take long, so it is called once before a model is locked for a change.
     """
+    if not isinstance(shape, MeshShape) and not properties.has_group(MESH_GROUP):
+        return
     shape = mesh_meant(shape, properties)
     if isinstance(shape, MeshShape):
         validate(shape)

@@ -238,9 +238,11 @@ class SceneGraph(RendererRegistry, NotCopied):
         """
         owner = self._owner(context)
         registration.check_instance(geometry)
-        if geometry.properties(Role.PROXIMITY) is not None:
-            read_mesh_data(geometry.shape(), geometry.properties(Role.PROXIMITY), geometry.name())
-        read_looks(geometry.shape(), geometry.properties, geometry.name())
+        shape, name = geometry.shape(), geometry.name()
+        properties = geometry.proximity_properties()
+        if properties is not None:
+            read_mesh_data(shape, properties, name)
+        read_looks(shape, geometry.properties, name)
         return owner.change(registration.add_geometry, source_id, parent, geometry)
 
     def register_anchored_geometry(

@@ -4,16 +4,18 @@ Readers of meshes and scenes are imported when they are first needed: some six h
 which a hundred and forty are shared libraries. The interpreter is held while such a library is
 read from the disk and bound, 0.1 to 0.8 s in all, and no other thread goes on meanwhile. So, in a
 thread that works in steps (`geometry.steps`), there is a step before each module, and the library
-is bound by a call that holds nothing; the import then finds it bound.
+is bound by a call that holds nothing; the import then finds it bound. All that is done where a
+module is made, not where it is found: finders are called with the lock of all imports held, for
+which an update that imports something would wait.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 import contextlib
 import ctypes
 import importlib.abc
-from importlib.machinery import ExtensionFileLoader, ModuleSpec, PathFinder
+from importlib.machinery import ExtensionFileLoader, ModuleSpec, PathFinder, SourceFileLoader
 import os
 import sys
 from types import ModuleType
@@ -49,11 +51,23 @@ class _Spread(importlib.abc.MetaPathFinder):
         """Return a module's place; None, for the next finder, where it is not in a folder."""
         if not is_in_steps():
             return None
-        between_steps()
         spec = PathFinder.find_spec(fullname, path, target)
-        if spec is not None and isinstance(spec.loader, ExtensionFileLoader):
-            bind_library(spec.loader.path)
+        if spec is not None and isinstance(spec.loader, ExtensionFileLoader | SourceFileLoader):
+            _stand_back_before(spec.loader)
         return spec
+
+
+def _stand_back_before(loader: ExtensionFileLoader | SourceFileLoader) -> None:
+    """Have a step, and bind a library, before a loader makes its module; it makes no other."""
+    make: Callable[[ModuleSpec], ModuleType | None] = loader.create_module
+
+    def create_module(spec: ModuleSpec) -> ModuleType | None:
+        between_steps()
+        if isinstance(loader, ExtensionFileLoader):
+            bind_library(loader.path)
+        return make(spec)
+
+    vars(loader)["create_module"] = create_module
 
 
 def spread_imports() -> None:

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from scene_graph_ros.convex.errors import ConvexSetError
-from scene_graph_ros.convex.graphs.graph import GraphOfConvexSets, let_go
+from scene_graph_ros.convex.graphs.graph import GraphOfConvexSets
 from scene_graph_ros.convex.graphs.model.edge import Edge, Vertex
 from scene_graph_ros.convex.graphs.model.options import (
     GcsGraphvizOptions,
     GraphOfConvexSetsOptions,
 )
-from scene_graph_ros.convex.graphs.model.whole_edits import as_before, Undo
+from scene_graph_ros.convex.graphs.model.whole_edits import Undo
 from scene_graph_ros.convex.graphs.search.result import GraphOfConvexSetsResult
 from scene_graph_ros.convex.questions.arguments import as_nonnegative
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
@@ -86,17 +86,17 @@ class GcsTrajectoryOptimization(AllSubgraphs):
     @property
     def graph_of_convex_sets(self) -> GraphOfConvexSets:
         """The graph that is solved, to look into."""
-        self._whole_edits.settle()
+        self._settle()
         return self._graph
 
     def get_subgraphs(self) -> list[Subgraph]:
         """Return all subgraphs, in the order in which they were added."""
-        self._whole_edits.settle()
+        self._settle()
         return list(self._subgraphs)
 
     def get_edges_between_subgraphs(self) -> list[EdgesBetweenSubgraphs]:
         """Return all edges between subgraphs, in the order in which they were added."""
-        self._whole_edits.settle()
+        self._settle()
         return list(self._between)
 
     # What there is.
@@ -224,27 +224,25 @@ class GcsTrajectoryOptimization(AllSubgraphs):
     def remove_subgraph(self, subgraph: Subgraph) -> None:
         """Remove a subgraph, with all edges to and from it. Raises ConvexSetError."""
         self._check_subgraph(subgraph, "GcsTrajectoryOptimization.remove_subgraph: subgraph")
-        gone = {vertex.id for vertex in subgraph.vertices}
+        writes = self._graph._removal(subgraph.vertices)
+        writes.set(self, "_subgraphs", [each for each in self._subgraphs if each is not subgraph])
+        others = [
+            each
+            for each in self._between
+            if subgraph not in (each.from_subgraph, each.to_subgraph)
+        ]
+        writes.set(self, "_between", others)
+        self._graph._remove(writes)
 
-        def undos() -> Iterable[Undo]:
-            yield as_before(self._graph, ("_tables", "_ends"))
-            yield from super(GcsTrajectoryOptimization, self)._undos()
-
-        def remove() -> list[Edge]:
-            edges = self._graph._without(gone)
-            self._subgraphs = [each for each in self._subgraphs if each is not subgraph]
-            self._between = [
-                each
-                for each in self._between
-                if subgraph not in (each.from_subgraph, each.to_subgraph)
-            ]
-            return edges
-
-        let_go(self._whole_edits.make(undos, remove))
+    def _settle(self) -> None:
+        """Do, or undo, what is left of an edit that was interrupted."""
+        self._graph._edges.now()
+        self._whole_edits.settle()
 
     def _check_subgraph(self, subgraph: Any, label: str) -> None:
-        self._whole_edits.settle()
-        if not any(each is subgraph for each in self._subgraphs):
+        self._settle()
+        # Each has a vertex, and all of them go with it.
+        if not (isinstance(subgraph, Subgraph) and self._graph.is_valid(subgraph._vertices[0])):
             raise ConvexSetError(
                 f"{label} must be a subgraph of this object, not {quoted(subgraph)}"
             )
@@ -305,7 +303,7 @@ class GcsTrajectoryOptimization(AllSubgraphs):
         Raises ConvexSetError for vertices between which there is no edge, or more than one.
         """
         label = "GcsTrajectoryOptimization.solve_convex_restriction: active_vertices"
-        self._whole_edits.settle()
+        self._settle()
         if len(active_vertices) < 2:
             raise ConvexSetError(f"{label} must be two or more, not {len(active_vertices)}")
         edges: list[Edge] = []

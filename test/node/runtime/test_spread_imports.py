@@ -1,5 +1,6 @@
 """Imports in a thread that works in steps: a step before each, and libraries are bound beside."""
 
+import _imp
 import ctypes
 import importlib
 from importlib.machinery import ExtensionFileLoader
@@ -45,9 +46,10 @@ def test_there_is_a_step_before_each_module(tmp_path, monkeypatch, spread):
             (folder / f"m{k}.py").touch()
     monkeypatch.syspath_prepend(str(tmp_path))
     steps = []
-    with calling_between_steps(lambda: steps.append(1)):
+    with calling_between_steps(lambda: steps.append(_imp.lock_held())):
         importlib.import_module("spread_a")
-    assert len(steps) == 6
+    # The lock of all imports is free, so that an update that imports something goes on.
+    assert steps == 6 * [False]
     importlib.import_module("spread_b")
     assert len(steps) == 6
 
@@ -55,7 +57,10 @@ def test_there_is_a_step_before_each_module(tmp_path, monkeypatch, spread):
 def test_a_library_is_bound_before_its_import_holds_the_interpreter(monkeypatch, spread):
     """In a thread that works in steps alone."""
     bound = []
-    monkeypatch.setattr("scene_graph_ros.node.runtime.spread_imports.bind_library", bound.append)
+    monkeypatch.setattr(
+        "scene_graph_ros.node.runtime.spread_imports.bind_library",
+        lambda path: bound.append((path, _imp.lock_held())),
+    )
     name = next(
         name
         for name, module in list(sys.modules.items())
@@ -66,8 +71,10 @@ def test_a_library_is_bound_before_its_import_holds_the_interpreter(monkeypatch,
     finders = [finder for finder in sys.meta_path if type(finder).__name__ == "_Spread"]
     assert finders[0].find_spec(name, package.__path__) is None
     with calling_between_steps(lambda: None):
-        assert finders[0].find_spec(name, package.__path__).origin == path
-    assert bound == [path]
+        spec = finders[0].find_spec(name, package.__path__)
+        assert (spec.origin, bound) == (path, [])
+        spec.loader.create_module(spec)
+    assert bound == [(path, False)]
 
 
 @pytest.mark.skipif(COMPILER is None, reason="there is no C compiler")

@@ -1,9 +1,10 @@
-"""A checker whose edit is interrupted is the one before it or the one after it."""
+"""A checker whose edit is interrupted is the one before or after it; questions change none."""
 
 from functools import partial
 
 from interrupting import instruction_count, interrupted_at, places
 import numpy as np
+from plain_values import plain
 from public_changes import uncalled_methods
 import pytest
 from robot_scenes import SLIDE
@@ -176,30 +177,92 @@ def test_an_interrupted_move_is_done_or_not(checker, name):
         assert answers(copy) == before, at
 
 
-QUESTIONS = (
-    *("at", "bodies", "calc_clearance_columns", "calc_pair_depth", "calc_robot_clearance"),
-    *("calc_robot_clearances", "check_config_collision_free", "check_configs_collision_free"),
-    *("check_edge", "check_edge_collision_free", "check_edge_collision_free_parallel"),
-    *("check_edges_by_samples", "check_edges_collision_free", "checked_configurations"),
-    *("classify_body_collisions", "clone", "compute_configuration_distance"),
-    *("distance_and_interpolation_provider", "edge_statuses", "find_colliding_pair"),
-    *("find_collisions", "from_params", "get_all_added_collision_shapes", "get_body"),
-    *("get_filtered_collision_matrix", "get_largest_padding", "get_padding_between"),
-    *("get_nominal_filtered_collision_matrix", "get_padding_matrix", "get_zero_configuration"),
-    *("interpolate_between_configurations", "is_collision_filtered_between"),
-    *("is_part_of_robot", "is_straight", "make_standalone_configuration_distance_function"),
-    *("make_standalone_configuration_interpolation_function", "make_standalone_model_context"),
-    *("max_context_num_distances", "max_num_distances", "model", "model_context", "num_pairs"),
-    *("maybe_get_uniform_robot_environment_padding", "maybe_get_uniform_robot_robot_padding"),
-    *("measure_edge", "measure_edge_collision_free", "measure_edge_collision_free_parallel"),
-    *("measure_edges", "measure_edges_collision_free", "num_allocated_contexts", "plan"),
-    *("robot_model_instances", "samples", "snapshot", "supports_parallel_checking"),
-    *("tolerance", "way", "with_pair_paddings"),
-)
+Q1, Q2 = np.array([-1.0, 0.3]), np.array([0.4, 0.35])
+EDGES = np.array([[Q1, Q2], [Q2, 2.0 * Q2]])
+QUESTIONS = {
+    "at": lambda c: c.at(c.model.context.snapshot).calc_robot_clearance(Q1, 9.0),
+    "bodies": lambda c: [body.body_name for body in c.bodies],
+    "columns": lambda c: c.calc_clearance_columns([Q1, Q2], 9.0),
+    "depth": lambda c: c.calc_pair_depth(Q2, pair_of(c)),
+    "clearance": lambda c: c.calc_robot_clearance(Q1, 9.0),
+    "clearances": lambda c: c.calc_robot_clearances([Q1, Q2], 9.0),
+    "configuration": lambda c: c.check_config_collision_free(Q1),
+    "configurations": lambda c: c.check_configs_collision_free([Q1, Q2], threads=2),
+    "checked": lambda c: c.checked_configurations([Q1, Q2]),
+    "edge": lambda c: c.check_edge(Q1, Q2),
+    "edge as the spec asks": lambda c: c.check_edge_collision_free(Q1, Q2),
+    "edge in threads": lambda c: c.check_edge_collision_free_parallel(Q1, Q2, threads=2),
+    "edges by samples": lambda c: c.check_edges_by_samples(EDGES),
+    "edges": lambda c: c.check_edges_collision_free(EDGES),
+    "statuses": lambda c: c.edge_statuses(EDGES, threads=2),
+    "bodies in collision": lambda c: c.classify_body_collisions(Q2),
+    "clone": lambda c: c.clone().calc_robot_clearance(Q1, 9.0),
+    "distance": lambda c: c.compute_configuration_distance(Q1, Q2),
+    "provider": lambda c: type(c.distance_and_interpolation_provider).__name__,
+    "pair": lambda c: c.find_colliding_pair(Q2),
+    "collisions": lambda c: c.find_collisions([Q1, Q2]),
+    "added shapes": lambda c: list(c.get_all_added_collision_shapes()),
+    "body": lambda c: c.get_body(balls(c)[0]).body_name,
+    "filters": lambda c: c.get_filtered_collision_matrix(),
+    "filters at first": lambda c: c.get_nominal_filtered_collision_matrix(),
+    "largest padding": lambda c: c.get_largest_padding(),
+    "padding": lambda c: c.get_padding_between(*balls(c)),
+    "paddings": lambda c: c.get_padding_matrix(),
+    "zero": lambda c: c.get_zero_configuration(),
+    "interpolation": lambda c: c.interpolate_between_configurations(Q1, Q2, 0.3),
+    "filtered": lambda c: c.is_collision_filtered_between(*balls(c)),
+    "of a robot": lambda c: c.is_part_of_robot(balls(c)[0]),
+    "straight": lambda c: c.is_straight,
+    "distance alone": lambda c: c.make_standalone_configuration_distance_function()(Q1, Q2),
+    "way alone": lambda c: c.make_standalone_configuration_interpolation_function()(Q1, Q2, 0.3),
+    "context alone": lambda c: c.make_standalone_model_context().q,
+    "most distances there": lambda c: c.max_context_num_distances(c.model_context(0)),
+    "most distances": lambda c: c.max_num_distances(),
+    "model": lambda c: c.model.tree.position_names,
+    "context": lambda c: c.model_context().q,
+    "pairs": lambda c: c.num_pairs,
+    "padding to all": lambda c: str(c.maybe_get_uniform_robot_environment_padding()),
+    "padding of itself": lambda c: str(c.maybe_get_uniform_robot_robot_padding()),
+    "measure": lambda c: c.measure_edge(Q1, Q2),
+    "measured": lambda c: c.measure_edge_collision_free(Q1, Q2),
+    "measured in threads": lambda c: c.measure_edge_collision_free_parallel(Q1, Q2, threads=2),
+    "measures": lambda c: c.measure_edges(EDGES),
+    "measures as the spec asks": lambda c: c.measure_edges_collision_free(EDGES),
+    "contexts": lambda c: c.num_allocated_contexts,
+    "plan": lambda c: c.plan.tree.num_positions,
+    "robots": lambda c: c.robot_model_instances,
+    "samples": lambda c: c.samples(Q1, Q2),
+    "snapshot": lambda c: c.snapshot.X_WG,
+    "parallel": lambda c: c.supports_parallel_checking(),
+    "tolerance": lambda c: c.tolerance,
+    "way": lambda c: c.way(Q1, Q2),
+    "other paddings": lambda c: c.with_pair_paddings(np.zeros(c.num_pairs)).num_pairs,
+}
 
 
-def test_each_public_change_is_tried(checker):
-    """A new public method has to be among the edits, or to be named among the questions."""
-    edits = (*EDITS.values(), *CONTEXTS.values())
-    actions = [partial(edit, checker.clone()) for edit in edits]
-    assert uncalled_methods(SceneGraphCollisionChecker, QUESTIONS, actions) == set()
+def pair_of(checker):
+    """Return the geometries of the first pair that is checked."""
+    found = checker.find_colliding_pair(Q2)
+    return found.id_A, found.id_B
+
+
+@pytest.mark.search
+@pytest.mark.parametrize("name", QUESTIONS)
+def test_an_interrupted_question_changes_no_answer(checker, name):
+    """Neither its own nor another's, whatever it remembered."""
+    ask, before = QUESTIONS[name], answers(checker)
+    answer = plain(ask(checker.clone()))
+    copy = checker.clone()
+    count = instruction_count(lambda: ask(copy))
+    for at in places(count, name, 5):
+        copy = checker.clone()
+        interrupted_at(lambda copy=copy: ask(copy), at)
+        assert plain(ask(copy)) == answer, at
+        assert answers(copy) == before, at
+
+
+def test_each_public_method_is_tried(checker):
+    """A new one has to be an edit or a question above; `from_params` makes a checker."""
+    tried = (*EDITS.values(), *CONTEXTS.values(), *QUESTIONS.values())
+    actions = [partial(each, checker.clone()) for each in tried]
+    assert uncalled_methods(SceneGraphCollisionChecker, ["from_params"], actions) == set()

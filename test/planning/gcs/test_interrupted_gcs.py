@@ -127,9 +127,7 @@ EDITS = OF_ALL | OF_SUBGRAPH | OF_EDGES
 
 QUESTIONS = {
     GcsTrajectoryOptimization: (
-        *("continuous_revolute_joints", "get_edges_between_subgraphs", "get_graphviz_string"),
-        *("get_subgraphs", "graph_of_convex_sets", "normalize_segment_times", "num_positions"),
-        *("solve_convex_restriction", "solve_path", "unwrap_to_continuous_trajectory"),
+        *("normalize_segment_times", "unwrap_to_continuous_trajectory"),  # of curves alone
     ),
     Subgraph: (
         *("continuity_order", "continuous_derivatives", "derivative_bounds", "durations"),
@@ -150,7 +148,7 @@ QUESTIONS = {
 @pytest.mark.parametrize("kind", QUESTIONS)
 def test_each_public_change_is_tried(kind):
     """A new public method has to be an edit above, or to be named among the questions."""
-    actions = [partial(edit, World()) for edit in EDITS.values()]
+    actions = [partial(each, World()) for each in (*EDITS.values(), *ASKED.values())]
     assert uncalled_methods(kind, QUESTIONS[kind], actions) == set()
 
 
@@ -176,19 +174,39 @@ def test_an_interrupted_edit_is_done_or_not(name):
     assert answers(world) == best
 
 
+def summary(solved):
+    """Return what a solution says."""
+    trajectory, result = solved
+    return round(result.cost, 6), trajectory.end_time, result.is_success
+
+
+def regions_on_the_way(world):
+    """Return the vertices of one path."""
+    return [world.start.vertices[0], *world.free.vertices, world.goal.vertices[0]]
+
+
+ASKED = {
+    "path": lambda w: summary(w.gcs.solve_path(w.start, w.goal)),
+    "restriction": lambda w: summary(w.gcs.solve_convex_restriction(regions_on_the_way(w))),
+    "drawing": lambda w: w.gcs.get_graphviz_string(),
+    "subgraphs": lambda w: [each.name for each in w.gcs.get_subgraphs()],
+    "edges between": lambda w: [each.name for each in w.gcs.get_edges_between_subgraphs()],
+    "graph": lambda w: w.gcs.graph_of_convex_sets.num_edges,
+    "positions": lambda w: (w.gcs.num_positions, w.gcs.continuous_revolute_joints),
+}
+
+
 @pytest.mark.search
-def test_an_interrupted_question_leaves_no_vertex_behind():
+@pytest.mark.parametrize("name", ASKED)
+def test_an_interrupted_question_leaves_nothing_behind(name):
     """A path to any of two goals is looked for with a vertex more, which goes again."""
-    world = World()
+    ask, world = ASKED[name], World()
     before = answers(world)
-
-    def ask(world):
-        world.gcs.solve_path(world.start, world.goal)
-
-    count = instruction_count(lambda: ask(world))
-    for at in places(count, "path"):
+    answer, count = ask(world), instruction_count(lambda: ask(world))
+    for at in places(count, name, 5):
         interrupted_at(lambda: ask(world), at)
         assert answers(world, path=False) == before[:-1], at
+    assert ask(world) == answer
     assert answers(world) == before
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from scene_graph_ros.convex.errors import ConvexSetError
 from scene_graph_ros.convex.graphs.expressions.term_kernels import KINDS, value
-from scene_graph_ros.convex.questions.arguments import as_matrix
+from scene_graph_ros.convex.questions.arguments import as_matrix, frozen
 from scene_graph_ros.convex.solve.cones.cone_program import Cone
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array
@@ -31,6 +31,10 @@ __all__ = [
     "sum_squares",
     "value_of",
 ]
+
+
+_USUAL = 1e100
+"""Of smaller numbers no more is asked, in a third of the time."""
 
 
 class Affine:
@@ -147,9 +151,12 @@ def _tall(matrix: np.ndarray, size: int) -> np.ndarray:
 
 
 def _constant(value: Any) -> Affine:
-    is_number = np.ndim(value) == 0
-    rows = as_matrix(np.reshape(np.atleast_1d(value), (-1, 1)), "a number in an expression")
-    return Affine({}, rows[:, 0], is_number)
+    if (type(value) is float or type(value) is int) and -_USUAL < value < _USUAL:
+        return Affine({}, frozen(np.array([value])), True)
+    is_vector = type(value) is np.ndarray and value.ndim == 1
+    is_number = not is_vector and np.ndim(value) == 0
+    column = value[:, None] if is_vector else np.reshape(np.atleast_1d(value), (-1, 1))
+    return Affine({}, as_matrix(column, "a number in an expression")[:, 0], is_number)
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 import functools
-from typing import Any, TYPE_CHECKING
+from typing import Any, ClassVar, TYPE_CHECKING
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from scene_graph_ros.convex.graphs.expressions.transcription import (
     Transcription,
 )
 from scene_graph_ros.convex.graphs.model.checked_result import checked_result
+from scene_graph_ros.convex.graphs.model.edge_table import EdgeTable
 from scene_graph_ros.convex.graphs.model.edge_terms import EdgeTerms
 from scene_graph_ros.convex.graphs.model.placed_set import PlacedSet
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
@@ -43,8 +44,10 @@ _NO_FLOW = 1e-9
 class _Costly:
     """What has costs and constraints of the points of some vertices."""
 
-    def __init__(self, number: int, name: str, label: str) -> None:
-        self._id, self._name, self._label = number, name, label
+    _label: ClassVar[str]
+
+    def __init__(self, number: int, name: str) -> None:
+        self._id, self._name = number, name
         self._costs: list[tuple[Any, frozenset[Transcription]]] = []
         self._constraints: list[tuple[Any, frozenset[Transcription]]] = []
         self._changes = 0
@@ -219,17 +222,19 @@ def _used(terms: list[tuple[Any, frozenset[Transcription]]], asked: Any, label: 
 class Vertex(_Costly):
     """A convex set of a graph."""
 
+    _label = "Vertex"
+
     def __init__(
         self,
         number: int,
         set: ConvexSet,  # noqa: A002
         name: str,
-        is_valid: Callable[[Edge], bool] = lambda edge: True,
+        of_graph: EdgeTable[Edge] | None = None,
     ) -> None:
-        """Take what tells whether an edge is of the graph: only then it is one of the vertex."""
-        super().__init__(number, name, "Vertex")
+        """Take the edges of the graph, if it is of one: others are none of the vertex."""
+        super().__init__(number, name)
         self._set = set
-        self._is_valid = is_valid
+        self._of_graph = EdgeTable() if of_graph is None else of_graph
         self._incoming: dict[int, Edge] = {}
         self._outgoing: dict[int, Edge] = {}
 
@@ -267,12 +272,12 @@ class Vertex(_Costly):
     @property
     def incoming_edges(self) -> list[Edge]:
         """The edges that lead here."""
-        return [edge for edge in self._incoming.values() if self._is_valid(edge)]
+        return self._of_graph.those_of(self._incoming)
 
     @property
     def outgoing_edges(self) -> list[Edge]:
         """The edges that lead from here."""
-        return [edge for edge in self._outgoing.values() if self._is_valid(edge)]
+        return self._of_graph.those_of(self._outgoing)
 
     def _own(self) -> dict[int, str]:
         return {self.id: "vertex.x"}
@@ -317,6 +322,8 @@ class Vertex(_Costly):
 class Edge(_Costly):
     """A way from the point of one set to the point of another."""
 
+    _label = "Edge"
+
     def __init__(
         self,
         number: int,
@@ -326,7 +333,7 @@ class Edge(_Costly):
         phi: dict[int, frozenset[bool]] | None = None,
     ) -> None:
         """Take where a graph keeps what is asked of all its edges, by their numbers."""
-        super().__init__(number, name, "Edge")
+        super().__init__(number, name)
         self._u, self._v = u, v
         self._phi = {} if phi is None else phi
         self._terms: dict[tuple[int, ...], EdgeTerms] = {}
