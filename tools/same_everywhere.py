@@ -147,7 +147,7 @@ def main() -> int:
     parser.add_argument("--bits", nargs="*", help="only these parts of the corpus of bits")
     parser.add_argument("--only", nargs="+", help="only variants whose name has one of these")
     given = parser.parse_args()
-    corpora, outcomes = _Corpora(given.bits), []
+    corpora, outcomes = _Corpora(given.bits), list[Outcome]()
     emulator = shutil.which("qemu-x86_64") or shutil.which("qemu-x86_64-static")
     for variant in variants(baselines_here(), emulator):
         is_asked = given.only is None or any(part in variant.name for part in given.only)
