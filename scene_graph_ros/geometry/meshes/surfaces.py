@@ -295,7 +295,7 @@ def _edge_pseudonormals(
     own = np.repeat(normals, 3, axis=0)
     # A triangle without area has at its longest side the normal of those beyond it.
     flat, mate = np.flatnonzero(~has_area), mates_of(edges)
-    longest = np.argsort(_side_lengths(vertices, triangles[flat]), axis=1)
+    longest = np.argsort(_side_lengths(vertices, triangles[flat]), axis=1, kind="stable")
     beyond = mate[3 * flat + longest[:, 1]]
     known = beyond >= 0
     own[(3 * flat + longest[:, 2])[known]] = normals[beyond[known] // 3]

@@ -46,6 +46,9 @@ def _asks_a_library(node: ast.AST) -> bool:
     if not isinstance(node, ast.Call):
         return False
     module, _, function = _name(node.func).rpartition(".")
+    if module == "np" and function in ("argsort", "argpartition"):
+        # Equals come in another order where a processor sorts several at a time.
+        return all(ast.unparse(each) != "kind='stable'" for each in node.keywords)
     if module == "np.linalg":
         # Along an axis numpy sums by itself.
         return function != "norm" or all(each.arg != "axis" for each in node.keywords)
@@ -75,7 +78,15 @@ def test_no_answer_goes_through_a_librarys_last_bits(folder):
 
 @pytest.mark.parametrize(
     "source",
-    ["A @ b", "np.linalg.solve(A, b)", "np.linalg.norm(v)", "math.atan2(y, x)", "x**0.5", "x**3"],
+    [
+        "A @ b",
+        "np.linalg.solve(A, b)",
+        "np.linalg.norm(v)",
+        "np.argsort(x)",
+        "math.atan2(y, x)",
+        "x**0.5",
+        "x**3",
+    ],
 )
 def test_such_expressions_are_found(source):
     """Each of their kinds."""

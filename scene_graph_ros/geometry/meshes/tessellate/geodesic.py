@@ -145,7 +145,8 @@ def geodesic_dome(f: int) -> tuple[FloatArray, IntArray, IntArray]:
     vertices, faces = _divided(corners, triangles, _OCTAHEDRON_ANGLE, f)
     on_rim = np.flatnonzero(vertices[:, 2] == 0.0)
     angles = arc_tangents(vertices[on_rim, 1], vertices[on_rim, 0])
-    rim = on_rim[np.argsort(np.where(angles < 0.0, angles + 2.0 * math.pi, angles))]
+    turned = np.where(angles < 0.0, angles + 2.0 * math.pi, angles)
+    rim = on_rim[np.argsort(turned, kind="stable")]
     for array in (vertices, faces, rim):
         array.flags.writeable = False
     return vertices, faces, rim
