@@ -17,9 +17,9 @@ _HEAD = """# Licences of what is installed
 What `make setup` installs into `.venv`, as its metadata says; `.venv/bin/python -m tools.licences`
 writes this page. None of it is part of this project, which is under the Apache License 2.0. The
 engines of `make peers`, which only benchmarks use, are not listed; one of them brings Mosek, which
-is not free software and is not used. `make docs` adds pdoc, Jinja2, MarkupSafe, markdown2,
-markdown-it-py and Pygments, which are in the public domain or under MIT and BSD licences; what it
-writes has style sheets of pdoc's in it.
+is not free software and is not used. uv, which installs all, is under MIT or Apache-2.0.
+`make docs` adds pdoc, Jinja2, MarkupSafe, markdown2, markdown-it-py and Pygments, which are in the
+public domain or under MIT and BSD licences; what it writes has style sheets of pdoc's in it.
 
 | package | licence |
 | --- | --- |

@@ -1,9 +1,10 @@
 """Ask the same questions as on other processors: `make same-everywhere`.
 
-What kernels alone answer has one digest for x86-64-v2, -v3, -v4 and this machine's own processor,
-also as emulated processors run it (`qemu-user`, where that is installed). What goes through BLAS
-or NumPy's functions keeps to its stated errors with each of their kernels. Kernels of a baseline
-that are not compiled yet are compiled first, which takes minutes for each, once.
+The corpus of bits has one digest for x86-64-v2, -v3, -v4 and this machine's own processor, with
+each of BLAS's kernels, NumPy's and the C library's, and as emulated processors run it (where
+`qemu-user` is installed). The corpus of tolerances, which goes through BLAS and NumPy's functions,
+keeps to its stated errors with each of them. Kernels of a baseline that are not compiled yet are
+compiled first, which takes minutes for each, once. What this processor can't run is named.
 """
 
 from __future__ import annotations
@@ -19,23 +20,38 @@ from typing import NamedTuple
 
 from scene_graph_ros.geometry.compiled.kernel_packs import BASELINES, baselines_here
 
-__all__ = ["Variant", "main", "variants_of_bits", "variants_of_tolerances"]
+__all__ = ["Outcome", "Variant", "main", "table_of", "variants"]
 
 _ROOT = Path(__file__).resolve().parents[1]
 _BITS = _ROOT / "test" / "numerics" / "same_bits.py"
 _ANSWERS = _ROOT / "test" / "numerics" / "known_answers.py"
-_CACHES = _ROOT / "build" / "kernels"
+_CACHES = _ROOT / "build" / "wheels" / "cp{}{}".format(*sys.version_info) / "kernels"
+"""Where `make wheels` has the kernels of each baseline, too: they are compiled once for both."""
 
 _EMULATED = {"Nehalem": "x86-64-v2", "Haswell": "x86-64-v3", "EPYC-Rome": "x86-64-v3"}
 """Processors that are emulated, with the baseline whose kernels they run."""
+_BLAS = ("Nehalem", "Haswell")
+"""Kernels of OpenBLAS that every processor of today runs."""
+_OLD_C_LIBRARY = "glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4"
 
 
 class Variant(NamedTuple):
-    """A way to run a corpus."""
+    """A way to run the corpora."""
 
     name: str
     variables: Mapping[str, str]
     prefix: tuple[str, ...] = ()
+    has_tolerances: bool = True
+    left_out: str = ""
+    """Why it is not run, "" where it is."""
+
+
+class Outcome(NamedTuple):
+    """What a variant gave."""
+
+    name: str
+    bits: str
+    tolerances: str
 
 
 def _kernels_for(baseline: str) -> dict[str, str]:
@@ -46,32 +62,29 @@ def _kernels_for(baseline: str) -> dict[str, str]:
     }
 
 
-def variants_of_bits(here: list[str], emulator: str | None) -> Iterator[Variant | str]:
-    """Yield the ways to run the corpus of bits, and a sentence for each that is left out."""
+def variants(here: list[str], emulator: str | None) -> Iterator[Variant]:
+    """Yield the ways to run the corpora; ``here`` are the baselines that this processor runs."""
     yield Variant("this processor", {})
     for baseline in reversed(BASELINES):
-        if baseline in here:
-            yield Variant(baseline, _kernels_for(baseline))
-        else:
-            yield f"{baseline} is left out: this processor does not run it"
-    for processor, baseline in _EMULATED.items():
-        if emulator is None:
-            yield f"emulated {processor} is left out: apt-get install qemu-user"
-        elif baseline in here:  # else there is nobody to compile its kernels
-            prefix = (emulator, "-cpu", processor)
-            yield Variant(f"emulated {processor}", _kernels_for(baseline), prefix)
-
-
-def variants_of_tolerances(here: list[str]) -> Iterator[Variant]:
-    """Yield the ways to run the corpus of tolerances."""
-    yield Variant("this processor", {})
-    for baseline in here:
-        yield Variant(baseline, _kernels_for(baseline))
-    for core in ("Nehalem", "Haswell"):
+        why = "" if baseline in here else "this processor does not run it"
+        yield Variant(baseline, _kernels_for(baseline), left_out=why)
+    for core in _BLAS:
         for threads in ("1", "2"):
             variables = {"OPENBLAS_CORETYPE": core, "OPENBLAS_NUM_THREADS": threads}
-            yield Variant(f"BLAS {core}, {threads} threads", variables)
+            yield Variant(f"BLAS's kernels of {core}, threads: {threads}", variables)
     yield Variant("NumPy's oldest kernels", {"NPY_DISABLE_CPU_FEATURES": _features_of_numpy()})
+    yield Variant("the C library's older kernels", {"GLIBC_TUNABLES": _OLD_C_LIBRARY})
+    for processor, baseline in _EMULATED.items():
+        why = "" if baseline in here else "nobody here compiles its kernels"
+        if emulator is None:
+            why = "apt-get install qemu-user"
+        yield Variant(
+            f"emulated {processor}, {baseline}",
+            _kernels_for(baseline),
+            (emulator or "", "-cpu", processor),
+            has_tolerances=False,  # its solvers would take hours
+            left_out=why,
+        )
 
 
 def _features_of_numpy() -> str:
@@ -91,48 +104,65 @@ def _run(variant: Variant, script: Path, *arguments: str) -> tuple[int, str]:
     return done.returncode, done.stdout
 
 
-def _compare_bits(parts: list[str]) -> list[str]:
-    """Run the corpus of bits; return the variants whose digests are not the first's."""
-    first: list[str] | None = None
-    differing = []
-    emulator = shutil.which("qemu-x86_64") or shutil.which("qemu-x86_64-static")
-    for variant in variants_of_bits(baselines_here(), emulator):
-        if isinstance(variant, str):
-            print(f"bits: {variant}", flush=True)
-            continue
-        exit_code, said = _run(variant, _BITS, *parts)
+class _Corpora:
+    """Runs both corpora, and knows the digests that came first."""
+
+    def __init__(self, parts: list[str] | None) -> None:
+        self._parts = parts
+        self.digests: list[str] | None = None
+
+    def outcome(self, variant: Variant) -> Outcome:
+        if variant.left_out:
+            return Outcome(variant.name, f"left out: {variant.left_out}", "")
+        return Outcome(variant.name, self._bits(variant), self._tolerances(variant))
+
+    def _bits(self, variant: Variant) -> str:
+        exit_code, said = _run(variant, _BITS, *(self._parts or ()))
         lines = said.splitlines()
-        first = lines if first is None else first
-        told = [f"  {line}" for line in lines if line not in first]
-        is_same = exit_code == 0 and lines == first
-        print(f"bits: {variant.name}: {'the same' if is_same else 'others'}", *told, sep="\n")
-        if not is_same:
-            differing.append(f"bits, {variant.name}")
-    print("\n".join(first or []), flush=True)
-    return differing
-
-
-def _check_tolerances() -> list[str]:
-    """Run the corpus of tolerances; return the variants in which an answer is off by more."""
-    failed = []
-    for variant in variants_of_tolerances(baselines_here()):
-        exit_code, said = _run(variant, _ANSWERS)
-        print(f"tolerances: {variant.name}: {'kept' if exit_code == 0 else 'exceeded'}")
+        if self.digests is None:
+            self.digests = lines
         if exit_code != 0:
-            print(said, flush=True)
-            failed.append(f"tolerances, {variant.name}")
-    return failed
+            return f"ended with {exit_code}"
+        others = [line.split()[0] for line in lines if line not in self.digests]
+        return f"OTHERS: {', '.join(others)}" if others else "the same"
+
+    def _tolerances(self, variant: Variant) -> str:
+        if self._parts is not None or not variant.has_tolerances:
+            return ""
+        exit_code, said = _run(variant, _ANSWERS, "--off", "0", "1e-12")
+        print(said, file=sys.stderr, flush=True)
+        return "kept" if exit_code == 0 else "EXCEEDED"
+
+
+def table_of(outcomes: list[Outcome]) -> str:
+    """Return a table of what the variants gave, in Markdown."""
+    lines = ["| with | bits | tolerances |", "| --- | --- | --- |"]
+    lines += [f"| {' | '.join(each)} |".replace("|  |", "| |") for each in outcomes]
+    return "\n".join(lines)
 
 
 def main() -> int:
     """Run the command line; return the exit code."""
     parser = argparse.ArgumentParser(prog="python -m tools.same_everywhere", description=__doc__)
     parser.add_argument("--bits", nargs="*", help="only these parts of the corpus of bits")
+    parser.add_argument("--only", nargs="+", help="only variants whose name has one of these")
     given = parser.parse_args()
-    failed = _compare_bits(given.bits or [])
-    if given.bits is None:
-        failed += _check_tolerances()
-    print("Not the same:", ", ".join(failed) or "none")
+    corpora, outcomes = _Corpora(given.bits), list[Outcome]()
+    emulator = shutil.which("qemu-x86_64") or shutil.which("qemu-x86_64-static")
+    for variant in variants(baselines_here(), emulator):
+        is_asked = given.only is None or any(part in variant.name for part in given.only)
+        if outcomes and not is_asked:  # the first is what all others are compared with
+            continue
+        outcomes.append(corpora.outcome(variant))
+        print(": ".join(filter(None, outcomes[-1])), flush=True)
+    print("", *corpora.digests or (), "", table_of(outcomes), sep="\n")
+    is_good = {"", "the same", "kept"}
+    failed = [
+        each.name
+        for each in outcomes
+        if not each.bits.startswith("left out") and not {*each[1:]} <= is_good
+    ]
+    print("\nNot the same:", "; ".join(failed) or "none")
     return bool(failed)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.one_line import one_line
+from scene_graph_ros.geometry.spatial.sums import product
 from scene_graph_ros.robots.kinematic_tree import KinematicTree
 from scene_graph_ros.robots.robot_parts import RobotParts
 from scene_graph_ros.robots.tree_joint import KinematicTreeError
@@ -47,7 +48,7 @@ class TreeInertias:
             raise KinematicTreeError(f"no link of robot {self.tree.name!r} has a mass")
         X_WL = self.tree.link_poses(q)
         p_WI = X_WL[..., :3, 3] + np.einsum("...lij,lj->...li", X_WL[..., :3, :3], self.p_LI)
-        result: NDArray[np.float64] = self.link_masses @ p_WI / self.total_mass
+        result: NDArray[np.float64] = product(self.link_masses, p_WI) / self.total_mass
         return result
 
 
@@ -62,11 +63,11 @@ def tree_inertias(model: RobotParts, tree: KinematicTree) -> TreeInertias:
             continue
         joint, X_JL = tree.joint_of_link[row], tree.X_JL[row]
         R_JL, mass = X_JL[:3, :3], inertial.mass
-        p_JI = X_JL[:3, 3] + R_JL @ inertial.p_LI
+        p_JI = X_JL[:3, 3] + product(R_JL, inertial.p_LI)
         link_masses[row], p_LI[row] = mass, inertial.p_LI
         masses[joint] += mass
         moments[joint] += mass * p_JI
         # Steiner: from the centre of mass to J's origin.
-        inertias[joint] += R_JL @ inertial.I_L @ R_JL.T
-        inertias[joint] += mass * (p_JI @ p_JI * np.eye(3) - np.outer(p_JI, p_JI))
+        inertias[joint] += product(product(R_JL, inertial.I_L), R_JL.T)
+        inertias[joint] += mass * (product(p_JI, p_JI) * np.eye(3) - np.outer(p_JI, p_JI))
     return TreeInertias(tree, link_masses, p_LI, masses, moments, inertias)

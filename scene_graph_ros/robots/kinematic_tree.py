@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-import math
 from types import MappingProxyType
 
 import numpy as np
@@ -17,7 +16,9 @@ from numpy.typing import ArrayLike, NDArray
 from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array
+from scene_graph_ros.geometry.spatial.elementary import arc_sine, sine_cosine
 from scene_graph_ros.geometry.spatial.poses import as_pose
+from scene_graph_ros.geometry.spatial.sums import length, product
 from scene_graph_ros.robots.joint_chains import joint_chains, JointChains
 from scene_graph_ros.robots.sampling import sample
 from scene_graph_ros.robots.tree_joint import KinematicTreeError, PARTS, TreeJoint
@@ -121,9 +122,9 @@ class KinematicTree(TreeLayout):
                 for i in range(3 if joint.kind == PLANAR else 1):
                     result[first + i, start + i] = 1.0
                 continue
-            length = np.linalg.norm(configuration[start : start + 4])
-            w, x, y, z = configuration[start : start + 4] / length
-            result[first : first + 3, start : start + 4] = (2.0 / length) * np.array(
+            size = length(configuration[start : start + 4])
+            w, x, y, z = configuration[start : start + 4] / size
+            result[first : first + 3, start : start + 4] = (2.0 / size) * np.array(
                 [[-x, w, -z, y], [-y, z, w, -x], [-z, -y, x, w]]
             )
             result[first + 3 : first + 6, start + 4 : start + 7] = np.eye(3)
@@ -139,17 +140,15 @@ class KinematicTree(TreeLayout):
         result = np.asarray((1.0 - t) * first + t * second)
         for _, start in self._floating:
             parts = first[start : start + 4], second[start : start + 4]
-            a, b = (part / np.linalg.norm(part) for part in parts)
-            b = b if a @ b >= 0.0 else -b
-            angle = 2.0 * math.asin(min(1.0, 0.5 * float(np.linalg.norm(a - b))))
+            a, b = (part / length(part) for part in parts)
+            b = b if product(a, b) >= 0.0 else -b
+            angle = 2.0 * arc_sine(min(1.0, 0.5 * length(a - b)))
             weights = 1.0 - t, t
             if angle > SMALL_ANGLE:
-                weights = (
-                    math.sin((1.0 - t) * angle) / math.sin(angle),
-                    math.sin(t * angle) / math.sin(angle),
-                )
+                sines = [sine_cosine(part * angle)[0] for part in (*weights, 1.0)]
+                weights = sines[0] / sines[2], sines[1] / sines[2]
             turned = weights[0] * a + weights[1] * b
-            result[start : start + 4] = turned / np.linalg.norm(turned)
+            result[start : start + 4] = turned / length(turned)
         return result
 
     def sample(self, rng: np.random.Generator, n: int) -> NDArray[np.float64]:
@@ -212,11 +211,11 @@ class KinematicTree(TreeLayout):
         """
         row = self.link_index(link)
         X = np.eye(4) if X_LB is None else as_pose(X_LB, "X_LB")
-        X_JB = self.X_JL[row] @ X
+        X_JB = product(self.X_JL[row], X)
         base, count = self.joint_of_link[row], len(self.joints)
 
         def moved(parent: int, X_PJ: NDArray[np.float64]) -> tuple[int, NDArray[np.float64]]:
-            return (parent + count, X_PJ) if parent > 0 else (base, X_JB @ X_PJ)
+            return (parent + count, X_PJ) if parent > 0 else (base, product(X_JB, X_PJ))
 
         joints = list(self.joints)
         for joint in other.joints:

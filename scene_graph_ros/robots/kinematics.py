@@ -12,7 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.real_arrays import real_array
+from scene_graph_ros.geometry.spatial.elementary import arc_tangent
 from scene_graph_ros.geometry.spatial.poses import as_pose, quaternions_from_poses
+from scene_graph_ros.geometry.spatial.sums import product
 from scene_graph_ros.geometry.tolerances import ROTATION_DEFECT
 from scene_graph_ros.located import suggestion
 from scene_graph_ros.robots.robot_model import RobotModel
@@ -221,17 +223,17 @@ class Kinematics:
             self._q[0, start + 4 : start + 7] = X[:3, 3]
             return
         normal = np.array(joint.axis)
-        tilt = float(np.abs(X[:3, :3] @ normal - normal).max())
-        lift = abs(float(normal @ X[:3, 3]))
+        tilt = float(np.abs(product(X[:3, :3], normal) - normal).max())
+        lift = abs(float(product(normal, X[:3, 3])))
         if tilt > ROTATION_DEFECT or lift > ROTATION_DEFECT:
             raise JointStateError(
                 f"joint {joint_name!r} is planar with normal {joint.axis}: the pose leaves the"
                 f" plane by {lift:g} m and a tilt of {tilt:g}"
             )
         X_CJ = plane_of(joint.axis)
-        x, y, _ = X_CJ[:3, :3].T @ X[:3, 3]
-        R = X_CJ[:3, :3].T @ X[:3, :3] @ X_CJ[:3, :3]
-        self._q[0, start : start + 3] = x, y, math.atan2(R[1, 0], R[0, 0])
+        x, y, _ = product(X_CJ[:3, :3].T, X[:3, 3])
+        R = product(product(X_CJ[:3, :3].T, X[:3, :3]), X_CJ[:3, :3])
+        self._q[0, start : start + 3] = x, y, arc_tangent(R[1, 0], R[0, 0])
 
     def link_poses(
         self, joint_names: Sequence[str] = (), positions: ArrayLike = ()

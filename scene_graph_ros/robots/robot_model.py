@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scene_graph_ros.geometry.one_line import one_line
+from scene_graph_ros.geometry.spatial.sums import product
 from scene_graph_ros.robots.robot_parts import Joint, JointType, Pose, RobotParts
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ class RobotModel(RobotParts):
         result = {self.root: np.eye(4)}
         for joint in self.joints.values():
             if joint.type is JointType.FIXED and joint.parent in result:
-                result[joint.child] = result[joint.parent] @ joint.X_PC
+                result[joint.child] = product(result[joint.parent], joint.X_PC)
         return result
 
     def positioned_joints(self) -> Iterator[Joint]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.spatial.elementary import sines_and_cosines
 from scene_graph_ros.robots.tree_joint import KinematicTreeError, PARTS, TreeJoint
 from scene_graph_ros.robots.tree_kernels import FLOATING, PLANAR, REVOLUTE
 from scene_graph_ros.robots.tree_layout import TreeLayout
@@ -64,8 +65,7 @@ def rotations(u: NDArray[np.float64]) -> NDArray[np.float64]:
 
     Shoemake's equation 1.
     """
-    share, (a, b) = u[:, 0], 2.0 * math.pi * u[:, 1:].T
+    share, (a, b) = u[:, 0], np.ascontiguousarray(2.0 * math.pi * u[:, 1:].T)
     short, long = np.sqrt(1.0 - share), np.sqrt(share)
-    return np.stack(
-        [long * np.cos(b), short * np.sin(a), short * np.cos(a), long * np.sin(b)], axis=1
-    )
+    (sin_a, cos_a), (sin_b, cos_b) = sines_and_cosines(a), sines_and_cosines(b)
+    return np.stack([long * cos_b, short * sin_a, short * cos_a, long * sin_b], axis=1)

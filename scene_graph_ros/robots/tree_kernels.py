@@ -6,21 +6,14 @@ poses are the same bits whatever stands beside it.
 
 from __future__ import annotations
 
-from fractions import Fraction
 import math
 from typing import NamedTuple
 
 import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, kernel
-from scene_graph_ros.geometry.compiled.lanes import (
-    all_of,
-    LANES,
-    load_lanes,
-    magnitude,
-    select,
-    store_lanes,
-)
+from scene_graph_ros.geometry.compiled.lanes import LANES, load_lanes, store_lanes
+from scene_graph_ros.geometry.spatial.elementary import sines_cosines
 
 __all__ = [
     "FLOATING",
@@ -34,7 +27,6 @@ __all__ = [
     "joint_columns",
     "link_poses",
     "place_joints",
-    "sines_cosines",
 ]
 
 SMALL_ANGLE = 1e-4
@@ -73,66 +65,6 @@ class TreeTable(NamedTuple):
     """``(l,)`` rows of joints."""
     X_JL: np.ndarray
     """``(l, 3, 4)``: links in the frames of their joints."""
-
-
-_PI = Fraction(314159265358979323846264338327950288419716939937510582097494, 10**59)
-
-
-def _in_parts(value: Fraction) -> tuple[float, float, float]:
-    """Return three floats that add up to a number; multiples of the first two are exact."""
-    first = float(Fraction(math.floor(value * 2**32), 2**32))
-    second = float(Fraction(math.floor((value - Fraction(first)) * 2**66), 2**66))
-    return first, second, float(value - Fraction(first) - Fraction(second))
-
-
-_TURN_1, _TURN_2, _TURN_3 = _in_parts(_PI / 2)
-_TURNS = float(2 / _PI)
-_TO_WHOLE = 1.5 * 2.0**52  # Added and taken away again it leaves a whole number.
-_FAR = 1e5  # rad. Farther away quarter turns have too many digits for the parts above.
-
-_S3, _S5, _S7, _S9 = (
-    float(Fraction(s, math.factorial(n))) for s, n in ((-1, 3), (1, 5), (-1, 7), (1, 9))
-)
-_S11, _S13, _S15, _S17 = (
-    float(Fraction(s, math.factorial(n))) for s, n in ((-1, 11), (1, 13), (-1, 15), (1, 17))
-)
-_C4, _C6, _C8, _C10 = (
-    float(Fraction(s, math.factorial(n))) for s, n in ((1, 4), (-1, 6), (1, 8), (-1, 10))
-)
-_C12, _C14, _C16, _C18 = (
-    float(Fraction(s, math.factorial(n))) for s, n in ((1, 12), (-1, 14), (1, 16), (-1, 18))
-)
-
-
-@inlined_kernel
-def sines_cosines(angles, sines, cosines):
-    """Write sines and cosines of LANES angles (rad), to within a unit in the last place or two.
-
-    Quarter turns are taken off in three parts (Cody and Waite, *Software Manual for the Elementary
-    Functions*, 1980); what is left is at most an eighth of a turn, for which Taylor's series need
-    eight terms.
-    """
-    angle = load_lanes(angles, 0)
-    turns = (angle * _TURNS + _TO_WHOLE) - _TO_WHOLE
-    x = ((angle - turns * _TURN_1) - turns * _TURN_2) - turns * _TURN_3
-    y = x * x
-    s = _S11 + y * (_S13 + y * (_S15 + y * _S17))
-    s = _S3 + y * (_S5 + y * (_S7 + y * (_S9 + y * s)))
-    c = _C12 + y * (_C14 + y * (_C16 + y * _C18))
-    c = _C4 + y * (_C6 + y * (_C8 + y * (_C10 + y * c)))
-    s = x + x * (y * s)
-    half = 0.5 * y
-    base = 1.0 - half
-    c = base + (((1.0 - base) - half) + y * (y * c))
-    quarter = turns - 4.0 * ((0.25 * turns + _TO_WHOLE) - _TO_WHOLE)
-    is_odd, is_half = magnitude(quarter) == 1.0, magnitude(quarter) == 2.0
-    sine, cosine = select(is_odd, c, s), select(is_odd, s, c)
-    store_lanes(sines, 0, select((quarter == -1.0) | is_half, -sine, sine))
-    store_lanes(cosines, 0, select((quarter == 1.0) | is_half, -cosine, cosine))
-    if not all_of(magnitude(angle) <= _FAR):
-        for k in range(LANES):
-            if not abs(angles[k]) <= _FAR:
-                sines[k], cosines[k] = math.sin(angles[k]), math.cos(angles[k])
 
 
 @inlined_kernel

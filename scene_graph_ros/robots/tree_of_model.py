@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.spatial.sums import length, product
 from scene_graph_ros.robots.kinematic_tree import KinematicTree
 from scene_graph_ros.robots.robot_parts import Joint, JointType, RobotParts
 from scene_graph_ros.robots.tree_joint import TreeJoint
@@ -32,11 +33,11 @@ def plane_of(axis: tuple[float, float, float]) -> NDArray[np.float64]:
 
     Axes along those of the frame give permutations of it, without any rounding.
     """
-    z = np.array(axis) / np.linalg.norm(axis)
+    z = np.array(axis) / length(np.array(axis))
     x = np.zeros(3)
     x[(int(np.argmax(np.abs(z))) + 1) % 3] = 1.0
-    x -= (x @ z) * z
-    x /= np.linalg.norm(x)
+    x -= product(x, z) * z
+    x /= length(x)
     X = np.eye(4)
     X[:3, 0], X[:3, 1], X[:3, 2] = x, np.cross(z, x), z
     return X
@@ -62,7 +63,7 @@ def tree_of_model(
         places[robot.root] = 1, np.eye(4)
     for joint in robot.joints.values():
         parent, X_JL = places[joint.parent]
-        X_JC = X_JL @ joint.X_PC
+        X_JC = product(X_JL, joint.X_PC)
         if joint.type is JointType.FIXED:
             places[joint.child] = parent, X_JC
             continue
@@ -74,7 +75,7 @@ def tree_of_model(
                 joint.name,
                 kind,
                 parent,
-                X_JC @ X_CJ,
+                product(X_JC, X_CJ),
                 -np.inf if joint.lower is None else joint.lower,
                 np.inf if joint.upper is None else joint.upper,
                 mimics,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from scene_graph_ros.geometry.spatial.poses import pose_from_xyz_rpy
+from scene_graph_ros.geometry.spatial.sums import product
 from scene_graph_ros.robots.robot_parts import Inertial
 from scene_graph_ros.scene_files.xml_tree import XmlElement
 
@@ -35,4 +36,4 @@ def inertial_of(link: XmlElement) -> Inertial | None:
         )
     R_LI = X_LI[:3, :3]
     I_I = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    return Inertial(mass, X_LI[:3, 3], R_LI @ I_I @ R_LI.T)
+    return Inertial(mass, X_LI[:3, 3], product(product(R_LI, I_I), R_LI.T))

@@ -45,7 +45,9 @@ from scene_graph_ros.geometry.narrowphase.pair import Pair, Workspace
 from scene_graph_ros.geometry.query.distance.certificate import certify_pairs
 from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
 from scene_graph_ros.geometry.query.distance.local_surface import local_surfaces
+from scene_graph_ros.geometry.query.distance.witness_systems import solve_witnesses
 from scene_graph_ros.geometry.query.point.batch import distance_points
+from scene_graph_ros.geometry.spatial.elementary import sine_cosine, sines_and_cosines
 from scene_graph_ros.geometry.spatial.pose_kernels import check_poses
 from scene_graph_ros.geometry.spatial.poses import (
     inverse,
@@ -60,6 +62,7 @@ from scene_graph_ros.geometry.spatial.record_kernels import (
     latest,
     place_records,
 )
+from scene_graph_ros.geometry.spatial.sums import least_squares
 from scene_graph_ros.geometry.tables.held_table import hold
 from scene_graph_ros.geometry.tables.shape_table import build_shape_table
 from scene_graph_ros.geometry.tables.table_arrays import ShapeTable
@@ -124,6 +127,7 @@ def measure_points() -> None:
     )
     rows, normals, smooth = np.array([0]), np.array([[0.0, 0.0, 1.0]]), np.zeros(1, np.bool_)
     local_surfaces(table, X_WG, rows, vectors, normals, smooth, vectors, np.zeros((1, 4)))
+    solve_witnesses(np.zeros((1, 4, 4)), np.zeros((1, 4, 12)), smooth)
 
 
 def read_meshes() -> None:
@@ -136,6 +140,7 @@ def read_meshes() -> None:
     farthest_outside(solid, solid)
     square = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.2, 0.2, 0.0], [0.0, 1.0, 0.0]])
     triangles_of_polygons(square, np.arange(4), np.array([4]))
+    least_squares(square, np.zeros(4), 0.1)
 
 
 def find_candidates() -> None:
@@ -168,6 +173,7 @@ def make_bodies() -> None:
         hydroelastic = read_hydroelastic_properties(shape, properties, "warm_up")
         assert hydroelastic is not None
         body_of(shape, hydroelastic)
+    sines_and_cosines(np.zeros(1))  # of spheres and cylinders
     solid = tessellate_volume(Box(0.2, 0.2, 0.2), 0.1)
     embed_points(solid.vertices, solid.tetrahedra, TETRAHEDRON)
 
@@ -180,6 +186,7 @@ def read_poses() -> None:
     quaternions_from_poses(X)
     check_poses(X)
     inverse(X)
+    sine_cosine(0.0)
     data = bytes(_STAMP_SIZE) + components.tobytes()
     numbers, rows = np.array([_STAMP_SIZE]), np.array([0])
     times, newest = np.array([0]), np.array([0])

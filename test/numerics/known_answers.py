@@ -3,7 +3,8 @@
 Run it as ``python test/numerics/known_answers.py``: a line for each, and exit code 1 where one is
 off by more than its page states. What is asked passes BLAS, NumPy's functions or a solver, so its
 last bits depend on the machine; the errors that `docs/convex_sets.md` and `docs/trajectories.md`
-state do not. With ``--off 1e-12`` all inputs are off by so much, one way or the other.
+state do not. With ``--off 0 1e-12`` they are asked twice, the second time with all inputs off by
+so much, one way or the other.
 """
 
 import argparse
@@ -144,11 +145,8 @@ CORPUS = (
 )
 
 
-def main():
+def failures(off):
     """Print how far off each answer is; return how many are off by more than is stated."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--off", type=float, default=0.0, help="of all inputs (%(default)s)")
-    off = parser.parse_args().off
     generator = np.random.default_rng(0)
 
     def moved(values):
@@ -163,8 +161,15 @@ def main():
             is_kept = error <= bound + 10.0 * off * (bound > 0.0)
             failed += not is_kept
             note = "" if is_kept else "  EXCEEDED"
-            print(f"{ask.__name__:22} {name:34} {error:8.1e} of {bound:8.1e}{note}")
+            print(f"{off:5.0e} {ask.__name__:22} {name:34} {error:8.1e} of {bound:8.1e}{note}")
     return failed
+
+
+def main():
+    """Ask with inputs that are off by each of these; return how many answers are off by more."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--off", type=float, nargs="*", default=[0.0], help="of all inputs")
+    return sum(map(failures, parser.parse_args().off))
 
 
 if __name__ == "__main__":

@@ -4,17 +4,14 @@ import math
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
-import mpmath
 import numpy as np
 from pinocchio_model import build_model
 import pytest
 from robots import find_robot, ROBOTS, URDF_ONLY
 from small_trees import ARM, arm, LOOSE
 
-from scene_graph_ros.geometry.compiled.kernel import kernel
 from scene_graph_ros.geometry.errors import InvalidPoseError
 from scene_graph_ros.robots import KinematicTreeError
-from scene_graph_ros.robots.tree_kernels import LANES, sines_cosines
 from scene_graph_ros.robots.tree_of_model import tree_of_model
 from scene_graph_ros.scene_files import load_kinematic_tree, load_urdf
 
@@ -22,33 +19,6 @@ from scene_graph_ros.scene_files import load_kinematic_tree, load_urdf
 def configurations(tree, count, seed=3):
     """Return random configurations, quaternions of any length among them."""
     return np.random.default_rng(seed).uniform(-2.0, 2.0, (count, tree.num_positions))
-
-
-@kernel
-def _of_eight(angles, sines, cosines):
-    sines_cosines(angles, sines, cosines)
-
-
-ANGLES = [
-    *np.random.default_rng(1).uniform(-7.0, 7.0, 400),
-    *np.random.default_rng(2).uniform(-1e5, 1e5, 400),
-    *(k * math.pi / 4 for k in range(-16, 17)),
-    *(np.nextafter(k * math.pi / 2, 9.0) for k in (1, 2, 3, 50_001)),
-    *(0.0, -0.0, 5e-324, 1e-9, 1.1e5, -3e7, 1e12, 1e300),
-]
-
-
-def test_sines_and_cosines_are_right_to_two_units_in_the_last_place():
-    """Also next to quarter turns, tiny and far away; against 60 digits and more."""
-    padded = np.array(ANGLES + [0.0] * (-len(ANGLES) % LANES)).reshape(-1, LANES)
-    sines, cosines = np.empty(LANES), np.empty(LANES)
-    with mpmath.workdps(400):
-        for angles in padded:
-            _of_eight(angles, sines, cosines)
-            for angle, s, c in zip(angles.tolist(), sines.tolist(), cosines.tolist(), strict=True):
-                for value, truth in ((s, mpmath.sin(angle)), (c, mpmath.cos(angle))):
-                    error = abs(mpmath.mpf(value) - truth)
-                    assert error <= 2.0 * np.spacing(max(abs(value), 1e-290)), (angle, value)
 
 
 def pinocchio_poses(built, tree, robot, q):

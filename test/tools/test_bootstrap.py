@@ -212,3 +212,23 @@ def test_steps_at_once_are_numbered_as_they_end(tmp_path, capsys):
     )
     numbers = [line.partition(":")[0] for line in capsys.readouterr().out.splitlines()]
     assert numbers == ["[1/3] before", "[2/3] quick", "[3/3] slow"]
+
+
+@pytest.mark.parametrize("fails", [False, True])
+def test_pip_installs_what_uv_can_not_fetch(setup, tmp_path, monkeypatch, capsys, fails):
+    """The same list with the same hashes; that is told with the reason."""
+    commands = []
+
+    def run(command, env=None):
+        commands.append([str(part) for part in command])
+        if commands[-1][0].endswith("/uv") and fails:
+            raise SetupError("step failed: uv\nerror: no such host\nThe whole output is in log")
+
+    monkeypatch.setattr(setup, "run", run)
+    environment.install_locked(setup, tmp_path, tmp_path / "venv", "core")
+    installers = ["uv" if command[0].endswith("/uv") else "pip" for command in commands]
+    assert installers == ["pip", "uv", *["pip"] * fails]
+    lists = [command[-1].rpartition("/")[2] for command in commands]
+    assert lists == ["build.txt", "core.txt", *["core.txt"] * fails]
+    assert all("--require-hashes" in command for command in commands)
+    assert ("no such host" in capsys.readouterr().out) == fails

@@ -142,6 +142,11 @@ def _set_up_docs(venv: Path) -> None:
     _wheels(Setup(venv / "setup", count=2), venv, "docs", "pdoc")
 
 
+def _absolute(path: str) -> Path:
+    """Return a path that CMake's files may name, wherever they are read."""
+    return Path(path).absolute()
+
+
 def _main() -> int:
     parser = argparse.ArgumentParser(prog="python3 -m tools.bootstrap", description=__doc__)
     choice = parser.add_mutually_exclusive_group()
@@ -157,7 +162,7 @@ def _main() -> int:
         "--for-tests", action="store_true", help="all kernels, and .venv-core beside"
     )
     parser.add_argument(
-        "--venv", type=Path, default=_ROOT / ".venv", help="another environment than .venv"
+        "--venv", type=_absolute, default=_ROOT / ".venv", help="another environment than .venv"
     )
     arguments = parser.parse_args()
     start = time.monotonic()

@@ -88,14 +88,34 @@ def lock_files(root: Path, name: str) -> list[Path]:
 def install_locked(setup: Setup, root: Path, venv: Path, name: str) -> None:
     """Install what ``requirements/locked/<name>.txt`` lists, each file if its hash is listed.
 
-    The lists are complete, so pip has nothing to resolve. Packages that come as sources are built
-    with what is installed, since pip doesn't look at hashes of what it fetches to build them.
+    The lists are complete, so there is nothing to resolve. Packages that come as sources are built
+    with what is installed, since no hashes are looked at of what is fetched to build them. Where
+    uv can't fetch a file, pip tries: only pip reads pip's configuration, with mirrors and proxies.
     """
     pip: list[str | Path] = [venv / "bin" / "python", "-m", "pip", "install", "--no-input"]
-    options = ["--disable-pip-version-check", "--progress-bar", "off", "--no-compile"]
-    for file in lock_files(root, name):
-        hashed = ["--require-hashes", "--no-deps", "--no-build-isolation", "-r", str(file)]
-        setup.run([*pip, *options, *hashed])
+    pip += ["--disable-pip-version-check", "--progress-bar", "off", "--no-compile"]
+    locked = ["--require-hashes", "--no-deps", "--no-build-isolation", "-r"]
+    build, wanted = lock_files(root, name)
+    setup.run([*pip, *locked, build])
+    # A cache of its own, whose files become those of the environment without being copied.
+    cache = venv / "setup" / "uv"
+    uv: list[str | Path] = [venv / "bin" / "uv", "pip", "install", "--python", venv / "bin/python"]
+    uv += ["--cache-dir", cache, "--link-mode", "hardlink"]
+    try:
+        setup.run([*uv, *locked, wanted])
+    except SetupError as error:
+        if setup.is_stopped:
+            raise
+        print(f"wheels {name}: uv could not install them, so pip does: {_last_line(error)}")
+        setup.run([*pip, *locked, wanted])
+    finally:
+        shutil.rmtree(cache, ignore_errors=True)
+
+
+def _last_line(error: SetupError) -> str:
+    """Return the last line of what a command said that failed."""
+    lines = [line.strip() for line in str(error).splitlines()[:-1] if line.strip()]
+    return lines[-1]
 
 
 def relocate_cmake_files(venv: Path) -> None:

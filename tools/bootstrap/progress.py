@@ -108,6 +108,11 @@ class Setup:
         for future in failed:
             future.result()
 
+    @property
+    def is_stopped(self) -> bool:
+        """Whether another step failed, so that no other command begins."""
+        return self._is_stopped
+
     def _stop(self) -> None:
         """End the commands that run; no other begins."""
         with self._lock:

@@ -32,6 +32,7 @@ from scene_graph_ros.convex.solve.floats.quick_supports import (
     support_quickly,
 )
 from scene_graph_ros.convex.solve.nearest.nearest_by_support import nearest_by_support
+from scene_graph_ros.geometry.spatial.sums import product
 from scene_graph_ros.geometry.tolerances import EPSILON
 
 __all__ = [
@@ -80,7 +81,7 @@ def support_of_rows(
     """Return how far ``A x <= b`` reaches from a point of it, None where that is left open."""
     x = np.empty(len(d))
     gap = support_quickly(A, b, start, d, x)
-    return None if gap < 0.0 else Support(float(d @ x), x, gap)
+    return None if gap < 0.0 else Support(float(product(d, x)), x, gap)
 
 
 def is_row_bounded(A: np.ndarray) -> bool | None:

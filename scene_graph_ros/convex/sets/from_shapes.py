@@ -20,6 +20,7 @@ from scene_graph_ros.geometry.shapes.mesh import Mesh
 from scene_graph_ros.geometry.shapes.shape import Shape
 from scene_graph_ros.geometry.shapes.sphere import Sphere
 from scene_graph_ros.geometry.spatial.poses import compose, inverse
+from scene_graph_ros.geometry.spatial.sums import moved, product
 
 __all__ = [
     "capsule_of",
@@ -60,7 +61,7 @@ def vertices_of(shape: Shape, X_FG: np.ndarray, kind: str) -> np.ndarray:
         p_GVs = hull_of(shape).vertices
     else:
         raise _refused(shape, kind, "a Box, a Convex or a convex Mesh")
-    return p_GVs @ X_FG[:3, :3].T + X_FG[:3, 3]
+    return moved(p_GVs, X_FG)
 
 
 def half_spaces_of(shape: Shape, X_FG: np.ndarray, kind: str) -> tuple[np.ndarray, np.ndarray]:
@@ -78,8 +79,8 @@ def half_spaces_of(shape: Shape, X_FG: np.ndarray, kind: str) -> tuple[np.ndarra
         normals, offsets = hull.normals, hull.offsets
     else:
         raise _refused(shape, kind, "a Box, a HalfSpace, a Convex or a convex Mesh")
-    A = normals @ X_FG[:3, :3].T
-    return A, offsets + A @ X_FG[:3, 3]
+    A = product(normals, X_FG[:3, :3].T)
+    return A, offsets + product(A, X_FG[:3, 3])
 
 
 def ellipsoid_of(shape: Shape, X_FG: np.ndarray, kind: str) -> tuple[np.ndarray, np.ndarray]:

@@ -16,6 +16,7 @@ from scene_graph_ros.convex.solve.cones.lift import Lift
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.shapes.box import Box
 from scene_graph_ros.geometry.shapes.shape import Shape
+from scene_graph_ros.geometry.spatial.sums import product
 
 __all__ = ["Hyperrectangle"]
 
@@ -103,7 +104,7 @@ class Hyperrectangle(ConvexSet):
 
     def _support(self, d: np.ndarray) -> Support:
         corner = np.where(d > 0.0, self._ub, self._lb)
-        return Support(float(d @ corner), corner, 0.0)
+        return Support(float(product(d, corner)), corner, 0.0)
 
     def _project(self, points: np.ndarray) -> Projection:
         nearest = np.clip(points, self._lb, self._ub)

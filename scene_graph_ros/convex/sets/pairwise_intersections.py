@@ -18,6 +18,7 @@ from scene_graph_ros.convex.sets.hyperrectangle import Hyperrectangle
 from scene_graph_ros.convex.sets.point import Point
 from scene_graph_ros.convex.solve.floats.quick_points import OPEN, POINT
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.spatial.sums import product
 from scene_graph_ros.geometry.tolerances import EPSILON
 
 __all__ = [
@@ -132,7 +133,7 @@ def translated(convex_set: ConvexSet, offset: np.ndarray) -> ConvexSet:
     if isinstance(convex_set, Hyperrectangle):
         return Hyperrectangle(convex_set.lb + offset, convex_set.ub + offset)
     if isinstance(convex_set, HPolyhedron):
-        return HPolyhedron(convex_set.A, convex_set.b + convex_set.A @ offset)
+        return HPolyhedron(convex_set.A, convex_set.b + product(convex_set.A, offset))
     return CartesianProduct([convex_set], A=np.eye(len(offset)), b=-offset)
 
 
@@ -310,7 +311,7 @@ def _middle_on(
     low, high = 0.0, 1.0
     for each in sets:
         if isinstance(each, HPolyhedron):
-            slopes, room = each.A @ way, each.b - each.A @ start
+            slopes, room = product(each.A, way), each.b - product(each.A, start)
             up, down = slopes > 0.0, slopes < 0.0
             with np.errstate(over="ignore"):
                 high = min(high, float((room[up] / slopes[up]).min(initial=np.inf)))
@@ -326,5 +327,5 @@ def _is_well_inside(convex_set: ConvexSet, x: np.ndarray) -> bool:
     if not isinstance(convex_set, HPolyhedron):
         return False
     A, b = convex_set.A, convex_set.b
-    rounding = 2.0 * (len(x) + 2) * EPSILON * (np.abs(A) @ np.abs(x) + np.abs(b))
-    return bool((A @ x + rounding <= b).all())
+    rounding = 2.0 * (len(x) + 2) * EPSILON * (product(np.abs(A), np.abs(x)) + np.abs(b))
+    return bool((product(A, x) + rounding <= b).all())

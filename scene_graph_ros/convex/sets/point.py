@@ -15,6 +15,7 @@ from scene_graph_ros.convex.solve.cones.lift import Lift
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
 from scene_graph_ros.geometry.shapes.shape import Shape
 from scene_graph_ros.geometry.shapes.sphere import Sphere
+from scene_graph_ros.geometry.spatial.sums import product
 
 __all__ = ["Point"]
 
@@ -62,7 +63,7 @@ class Point(ConvexSet):
         return np.linalg.norm(points - self._x, axis=1)
 
     def _support(self, d: np.ndarray) -> Support:
-        return Support(float(d @ self._x), self._x, 0.0)
+        return Support(float(product(d, self._x)), self._x, 0.0)
 
     def _project(self, points: np.ndarray) -> Projection:
         return Projection(

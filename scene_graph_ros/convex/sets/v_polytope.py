@@ -31,6 +31,7 @@ from scene_graph_ros.convex.solve.cones.lift import Lift
 from scene_graph_ros.convex.solve.nearest.nearest_in_hull import nearest_in_hull
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
 from scene_graph_ros.geometry.shapes.shape import Shape
+from scene_graph_ros.geometry.spatial.sums import product
 from scene_graph_ros.geometry.tolerances import EPSILON
 
 __all__ = ["VPolytope"]
@@ -169,7 +170,7 @@ class VPolytope(ConvexSet):
     def _support(self, d: np.ndarray) -> Support:
         if not len(self._vertices):
             raise ConvexSetError("VPolytope.support: the set is empty; ask is_empty() first")
-        reached = self._vertices @ d
+        reached = product(self._vertices, d)
         k = int(reached.argmax())
         return Support(float(reached[k]), self._vertices[k], 0.0)
 
@@ -177,7 +178,7 @@ class VPolytope(ConvexSet):
         nearest = self._nearest(points) if self.ambient_dimension else points.copy()
 
         def reach(direction: np.ndarray, k: int) -> float:
-            return float(((self._vertices - nearest[k]) @ direction).max())
+            return float(product(self._vertices - nearest[k], direction).max())
 
         distances, gaps = gaps_of(points, nearest, reach)
         return Projection(distances, nearest, gaps)

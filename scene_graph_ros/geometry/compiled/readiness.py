@@ -6,10 +6,8 @@ Not imported by kernels, whose cache depends on all that they import.
 from __future__ import annotations
 
 from collections.abc import Callable
-import functools
 from pathlib import Path
 from typing import Any
-import warnings
 
 from numba.core import event
 import numba.core.config as numba_config
@@ -27,7 +25,6 @@ __all__ = [
     "KernelCompilationWarning",
     "is_ready",
     "ready_marker",
-    "warn_of_compilation",
     "why_not_ready",
 ]
 
@@ -105,27 +102,3 @@ class Compilations(event.Listener):
         # Others of this process may compile functions of their own with numba.
         if isinstance(dispatcher._cache, KernelCache):
             tell(dispatcher.__name__)
-
-
-_is_warned = False
-
-
-def _warn(kernel: str) -> None:
-    global _is_warned  # noqa: PLW0603 - one warning per process
-    # Whoever else watches says it in a way of its own, and of a bad cache there is a warning.
-    if _is_warned or len(_watches) > 1 or cache_problem():
-        return
-    _is_warned = True
-    warnings.warn(
-        f"kernel {kernel} has to be compiled first, and others may have to be: that takes up to "
-        "minutes, once. `python -m scene_graph_ros.warmup` compiles what the main job needs "
-        "beforehand, with --all what contact surfaces and other capabilities need, too",
-        KernelCompilationWarning,
-        stacklevel=2,
-    )
-
-
-@functools.cache
-def warn_of_compilation() -> None:
-    """Warn when this process compiles its first kernel, unless a `Compilations` says so."""
-    Compilations(_warn)

@@ -30,6 +30,7 @@ from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+from scene_graph_ros.geometry.spatial.sums import product
 from scene_graph_ros.geometry.tolerances import (
     CONTACT_RESOLUTION,
     CONTACT_TIE,
@@ -130,7 +131,7 @@ def _half_space_faces(soft: _Soft, X_WG: FloatArray) -> Faces:
     shape = soft.shape
     n, offset = X_WG[:3, 2], X_WG[:3, 3] - shape.origin
     # The point of the plane that is nearest to the body, not one that is far away along it.
-    foot = float(n @ offset) * n
+    foot = product(n, offset) * n
     slack, resolution = _limits(soft, foot, 0.0)
     rows = half_space_faces(
         shape.vertices,

@@ -12,6 +12,7 @@ from scene_graph_ros.geometry.meshes.gltf_file import (
     document_of,
     with_document,
 )
+from scene_graph_ros.geometry.spatial.elementary import sine_cosine
 
 __all__ = ["gltf_pictures", "without_images"]
 
@@ -124,7 +125,7 @@ def _placement(transform: dict[str, Any]) -> Placement:
     x, y = (float(number) for number in transform.get("offset", (0.0, 0.0)))
     along, down = (float(number) for number in transform.get("scale", (1.0, 1.0)))
     angle = float(transform.get("rotation", 0.0))
-    c, s = math.cos(angle), math.sin(angle)
+    s, c = sine_cosine(angle)
     if not all(math.isfinite(number) for number in (x, y, along, down, angle)):
         raise ValueError(f"{_TRANSFORM} has numbers that are not finite")
     # u' = c a u + s d w + x, w' = -s a u + c d w + y, with w = 1 - v and v' = 1 - w'.

@@ -7,6 +7,7 @@ import numpy as np
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.distinct_rows import distinct_rows, used_indices
 from scene_graph_ros.geometry.meshes.vertex_cells import VertexCells
+from scene_graph_ros.geometry.spatial.sums import length, product
 from scene_graph_ros.geometry.tolerances import HULL_COPLANARITY, HULL_FLATNESS
 
 __all__ = ["Hull", "convex_hull", "triangles_of_hull"]
@@ -91,7 +92,7 @@ def _flat_hull(points: np.ndarray, axes: np.ndarray, tolerance: float) -> Hull:
     if len(axes) == 0:
         return _assemble(points[:1], [], [])
     if len(axes) == 1:
-        along = (points - points[0]) @ axes[0]
+        along = product(points - points[0], axes[0])
         return _assemble(points[[along.argmin(), along.argmax()]], [], [(0, 1)])
     corners = _polygon(points, np.cross(axes[0], axes[1]), tolerance)
     return _assemble(points, [corners, corners[::-1]], [])
@@ -110,10 +111,10 @@ def _spanning_axes(points: np.ndarray, tolerance: float) -> np.ndarray:
             break
         axis = offsets[farthest] / lengths[farthest]
         for other in axes:  # once more, since cancellation left the residual inexact
-            axis = axis - (axis @ other) * other
-        axis /= np.linalg.norm(axis)
+            axis = axis - product(axis, other) * other
+        axis /= length(axis)
         axes.append(axis)
-        offsets = offsets - np.outer(offsets @ axis, axis)
+        offsets = offsets - np.outer(product(offsets, axis), axis)
     return np.array(axes).reshape(-1, 3)
 
 
@@ -124,10 +125,10 @@ def _polygon(points: np.ndarray, normal: np.ndarray, tolerance: float) -> np.nda
     """
     x_axis = np.eye(3)[np.abs(normal).argmin()]
     x_axis = np.cross(x_axis, normal)
-    x_axis /= np.linalg.norm(x_axis)
+    x_axis /= length(x_axis)
     y_axis = np.cross(normal, x_axis)
     relative = points - points[0]
-    flat = np.column_stack([relative @ x_axis, relative @ y_axis])
+    flat = np.column_stack([product(relative, x_axis), product(relative, y_axis)])
     order = np.lexsort((flat[:, 1], flat[:, 0]))
 
     def chain(sequence: np.ndarray) -> list[int]:
@@ -156,7 +157,8 @@ def _solid_faces(points: np.ndarray, tolerance: float) -> list[np.ndarray]:
     normals = crosses / np.where(doubled_areas > 0.0, doubled_areas, 1.0)[:, None]
 
     def coplanar(seed: int, others: np.ndarray) -> np.ndarray:
-        heights = (points[triangles[others]] - corner[seed, 0]) @ normals[seed]
+        relative = points[triangles[others]] - corner[seed, 0]
+        heights = np.einsum("tci,i->tc", relative, normals[seed])
         return np.abs(heights).max(axis=-1) <= tolerance
 
     heights = np.einsum("tkcj,tj->tkc", corner[adjacent] - corner[:, None, :1], normals)

@@ -38,6 +38,7 @@ from scene_graph_ros.geometry.meshes.promises import (
 from scene_graph_ros.geometry.meshes.scene_colors import scene_colors, scene_pictures
 from scene_graph_ros.geometry.meshes.stl_file import parse_stl
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.spatial.sums import determinant, moved
 
 __all__ = [
     "MESH_FILE_TYPES",
@@ -258,9 +259,9 @@ def _flatten(scene: Any) -> Triangulation:
         transform, key = scene.graph[node]
         body = scene.geometry[key]
         transform = np.asarray(transform)
-        points = np.asarray(body.vertices) @ transform[:3, :3].T + transform[:3, 3]
+        points = moved(np.asarray(body.vertices), transform)
         corners = np.asarray(getattr(body, "faces", np.zeros((0, 3))), dtype=np.int64)
-        if np.linalg.det(transform[:3, :3]) < 0.0:
+        if determinant(transform[:3, :3]) < 0.0:
             corners = corners[:, ::-1]
         vertices.append(points * _metres(body.metadata.get("units")))
         triangles.append(corners + count)

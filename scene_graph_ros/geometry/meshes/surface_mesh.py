@@ -14,6 +14,7 @@ from scene_graph_ros.geometry.meshes.io import checked_mesh, read_mesh
 from scene_graph_ros.geometry.meshes.surfaces import is_closed_surface
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
+from scene_graph_ros.geometry.spatial.sums import product
 
 __all__ = ["SurfaceMesh", "read_obj_to_surface_mesh"]
 
@@ -92,7 +93,7 @@ class SurfaceMesh:
         """(3,) metres: of the surface, not the volume inside; the vertices' mean without area."""
         if not self.total_area > 0.0:
             return self._vertices.mean(axis=0)
-        return self.areas @ self.element_centroids / self.total_area
+        return product(self.areas, self.element_centroids) / self.total_area
 
     @property
     def volume(self) -> float:
@@ -118,7 +119,9 @@ class SurfaceMesh:
 
     def cartesian_from_barycentric(self, triangle: int, weights: ArrayLike) -> FloatArray:
         """Return ``(3,)``, the point of a triangle with barycentric ``weights`` (3,)."""
-        return np.asarray(weights, dtype=np.float64) @ self._vertices[self._triangles[triangle]]
+        return product(
+            np.asarray(weights, dtype=np.float64), self._vertices[self._triangles[triangle]]
+        )
 
     def __repr__(self) -> str:
         return f"SurfaceMesh(vertices=<{self.num_vertices}>, triangles=<{self.num_triangles}>)"

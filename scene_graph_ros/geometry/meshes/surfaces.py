@@ -18,6 +18,7 @@ from scene_graph_ros.geometry.meshes.hull import Hull, triangles_of_hull
 from scene_graph_ros.geometry.meshes.solids.half_edges import Edges, edges_of, mates_of
 from scene_graph_ros.geometry.meshes.solids.mesh_report import MeshReport
 from scene_graph_ros.geometry.shapes.mesh_shape import REPAIR_TOLERANCE
+from scene_graph_ros.geometry.spatial.elementary import arc_tangents
 from scene_graph_ros.geometry.tolerances import CONVEX_VOLUME, DEGENERATE_TRIANGLE
 
 if TYPE_CHECKING:
@@ -271,7 +272,7 @@ def _vertex_pseudonormals(
     backward = np.roll(corners, 1, axis=1) - corners
     sine = np.linalg.norm(np.cross(forward, backward), axis=2)
     cosine = np.einsum("tkj,tkj->tk", forward, backward)
-    angles = np.arctan2(sine, cosine)
+    angles = arc_tangents(sine.ravel(), cosine.ravel()).reshape(sine.shape)
     sums = np.zeros_like(vertices)
     weighted = angles[:, :, None] * normals[:, None, :]
     for axis in range(3):
@@ -294,7 +295,7 @@ def _edge_pseudonormals(
     own = np.repeat(normals, 3, axis=0)
     # A triangle without area has at its longest side the normal of those beyond it.
     flat, mate = np.flatnonzero(~has_area), mates_of(edges)
-    longest = np.argsort(_side_lengths(vertices, triangles[flat]), axis=1)
+    longest = np.argsort(_side_lengths(vertices, triangles[flat]), axis=1, kind="stable")
     beyond = mate[3 * flat + longest[:, 1]]
     known = beyond >= 0
     own[(3 * flat + longest[:, 2])[known]] = normals[beyond[known] // 3]

@@ -18,6 +18,7 @@ from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.other_process import LibraryError, run_library
 from scene_graph_ros.geometry.meshes.surfaces import Surface
 from scene_graph_ros.geometry.meshes.volume_mesh import VolumeMesh
+from scene_graph_ros.geometry.spatial.sums import length
 
 __all__ = ["DEFAULT_EDGE", "ENVELOPE", "PATIENCE", "tetrahedralize"]
 
@@ -65,7 +66,7 @@ def tetrahedralize(surface: Surface, edge: float | None, name: str) -> VolumeMes
     if importlib.util.find_spec("pytetwild") is None:
         raise MeshError(f"{name} is not convex: {_REMEDY}")
     lower, upper = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
-    diagonal = float(np.linalg.norm(upper - lower))
+    diagonal = length(upper - lower)
     # The library's tolerances are made for meshes of about this size, around the origin.
     points = (surface.vertices - 0.5 * (lower + upper)) / diagonal
     relative = DEFAULT_EDGE if edge is None else min(edge / diagonal, 1.0)

@@ -23,6 +23,7 @@ from scene_graph_ros.geometry.meshes.promises import MAX_CORNERS
 from scene_graph_ros.geometry.meshes.sources import load_surface
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
+from scene_graph_ros.geometry.spatial.sums import determinant
 
 __all__ = ["coordinates_of_file", "texture_coordinates"]
 
@@ -132,7 +133,7 @@ def _by_trimesh(contents: bytes, file_type: str) -> Coordinates:
         transform, key = scene.graph[node]
         body = scene.geometry[key]
         faces = np.asarray(getattr(body, "faces", np.zeros((0, 3))), np.int64)
-        if np.linalg.det(np.asarray(transform)[:3, :3]) < 0.0:
+        if determinant(np.asarray(transform)[:3, :3]) < 0.0:
             faces = faces[:, ::-1]
         uv = getattr(getattr(body, "visual", None), "uv", None)
         if uv is None or len(uv) != len(body.vertices):

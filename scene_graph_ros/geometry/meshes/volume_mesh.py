@@ -111,7 +111,7 @@ class VolumeMesh:
         ends = self._vertices[self._tetrahedra[:, _EDGES]]
         edges = ends[:, :, 1] - ends[:, :, 0]
         square = np.einsum("ijk,ijk->i", edges, edges) / len(_EDGES)
-        return 6.0 * np.sqrt(2.0) * self.volumes() / square**1.5
+        return 6.0 * np.sqrt(2.0) * self.volumes() / (square * np.sqrt(square))
 
     @cached_property
     def _boundary(self) -> IntArray:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.model.derived import DerivedValues
+from scene_graph_ros.geometry.spatial.sums import moved
 
 if TYPE_CHECKING:
     from scene_graph_ros.geometry.meshes.volume_mesh import VolumeMesh
@@ -42,5 +43,5 @@ class Deformable:
     def __init__(self, mesh: VolumeMesh, X_WG: NDArray[np.float64]) -> None:
         """Take a mesh in G, and where G is in the world: the configuration to begin with."""
         self.mesh = mesh
-        self.reference = Configuration(self, mesh.vertices @ X_WG[:3, :3].T + X_WG[:3, 3])
+        self.reference = Configuration(self, moved(mesh.vertices, X_WG))
         self.derived_for_good = DerivedValues()

@@ -33,6 +33,7 @@ from scene_graph_ros.geometry.spatial.pose_kernels import (
     world_poses_of_children,
 )
 from scene_graph_ros.geometry.spatial.poses import refuse_pose, to_pose_array
+from scene_graph_ros.geometry.spatial.sums import product
 
 __all__ = ["NO_CONFIGURATIONS", "Snapshot", "refuse_frame_pose", "stacked_poses"]
 
@@ -229,7 +230,8 @@ class Snapshot(NotCopied):
         if isinstance(target, GeometryId):
             record = self.state.geometry(target)
             refuse_deformable(record, "it has a configuration in the world, and no pose")
-            return self._world_pose_of_frame(record.frame_id) @ record.X_FG
+            pose: Poses = product(self._world_pose_of_frame(record.frame_id), record.X_FG)
+            return pose
         return self._world_pose_of_frame(self.state.frame(target).id)
 
     def pose_in_parent(self, frame_id: FrameId) -> Poses:

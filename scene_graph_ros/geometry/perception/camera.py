@@ -19,6 +19,7 @@ from scene_graph_ros.geometry.errors import QueryArgumentError
 from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
+from scene_graph_ros.geometry.spatial.elementary import sine_cosine
 from scene_graph_ros.geometry.spatial.poses import as_pose, identity
 
 __all__ = [
@@ -112,7 +113,8 @@ class CameraIntrinsics:
                 f"CameraIntrinsics: fov_y must be between 0 and pi, not {quoted(fov_y)}"
             )
         cls(width, height, 1.0, 1.0, 0.0, 0.0)
-        f = 0.5 * height / math.tan(0.5 * fov_y)
+        sine, cosine = sine_cosine(0.5 * fov_y)
+        f = 0.5 * height * cosine / sine
         return cls(width, height, f, f, 0.5 * width - 0.5, 0.5 * height - 0.5)
 
     def matrix(self) -> NDArray[np.float64]:

@@ -24,6 +24,7 @@ from scene_graph_ros.geometry.query.results import (
     SignedDistancePairs,
 )
 from scene_graph_ros.geometry.query.settings import Settings
+from scene_graph_ros.geometry.spatial.sums import length
 
 __all__ = [
     "apart_from_context",
@@ -90,7 +91,7 @@ def widening_distances(query: QueryObject, max_distance: float) -> Iterator[floa
     of them need not look for more, nor have the memory for them.
     """
     p_WG = query.snapshot.X_WG[:, :3, 3]
-    extent = float(np.linalg.norm(np.ptp(p_WG, axis=0))) if len(p_WG) else 0.0
+    extent = length(np.ptp(p_WG, axis=0)) if len(p_WG) else 0.0
     if extent > 0.0 and math.isfinite(extent):
         for halvings in range(_HALVINGS, -1, -1):
             distance = extent * 0.5**halvings

@@ -13,6 +13,7 @@ from scene_graph_ros.geometry.errors import InvalidShapeError
 from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.shape import PrimitiveShape
+from scene_graph_ros.geometry.spatial.sums import length, product
 from scene_graph_ros.geometry.tolerances import ZERO_DIRECTION
 
 __all__ = ["HalfSpace"]
@@ -52,18 +53,18 @@ class HalfSpace(PrimitiveShape):
         direction = _finite_vector("Hz_dir_F", Hz_dir_F)
         point = _finite_vector("p_FB", p_FB)
         largest = np.abs(direction).max()
-        length = largest * np.linalg.norm(direction / largest) if largest > 0.0 else 0.0
-        if not length >= ZERO_DIRECTION:
+        reach = largest * length(direction / largest) if largest > 0.0 else 0.0
+        if not reach >= ZERO_DIRECTION:
             raise InvalidShapeError(
                 f"HalfSpace: Hz_dir_F must be longer than {ZERO_DIRECTION:g}, not {Hz_dir_F!r}"
             )
         z = direction / largest
-        z /= np.linalg.norm(z)
+        z /= length(z)
         # For +z this gives the identity.
         axis = np.eye(3)[0 if np.abs(z).argmax() == 1 else 1]
         x = np.cross(axis, z)
-        x /= np.linalg.norm(x)
+        x /= length(x)
         X_FH = np.eye(4)
         X_FH[:3, :3] = np.column_stack((x, np.cross(z, x), z))
-        X_FH[:3, 3] = z * (z @ point)
+        X_FH[:3, 3] = z * product(z, point)
         return X_FH

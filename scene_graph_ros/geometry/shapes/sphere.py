@@ -29,4 +29,4 @@ class Sphere(PrimitiveShape):
 
     def volume(self) -> float:
         """Return 4/3 pi r^3 in m^3."""
-        return 4.0 / 3.0 * math.pi * self.radius**3
+        return 4.0 / 3.0 * math.pi * self.radius * self.radius * self.radius

@@ -7,7 +7,6 @@ Quaternions are in ROS order (x, y, z, w), angles in radians, lengths in metres.
 from __future__ import annotations
 
 from collections.abc import Sequence
-import math
 from typing import Any
 
 import numpy as np
@@ -17,10 +16,12 @@ from scene_graph_ros.geometry.errors import InvalidPoseError
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.geometry.spatial import pose_kernels as kernels
+from scene_graph_ros.geometry.spatial.elementary import sine_cosine
 from scene_graph_ros.geometry.spatial.quaternion_kernels import (
     poses_from_quaternions_kernel,
     quaternions_from_poses_kernel,
 )
+from scene_graph_ros.geometry.spatial.sums import product
 from scene_graph_ros.geometry.tolerances import (
     MAX_COORDINATE,
     QUATERNION_NORM_DEFECT,
@@ -154,7 +155,7 @@ def inverse(X_AB: Poses) -> Poses:
 
 def compose(X_AB: Poses, X_BC: Poses) -> Poses:
     """Return ``X_AC = X_AB X_BC``; either side may be one pose or a batch of the same length."""
-    X_AC = np.matmul(X_AB, X_BC)
+    X_AC: Poses = product(np.asarray(X_AB), np.asarray(X_BC))
     X_AC[..., 3, :] = (0.0, 0.0, 0.0, 1.0)
     return X_AC
 
@@ -198,9 +199,9 @@ def rotation_from_rpy(rpy: ArrayLike) -> NDArray[np.float64]:
             f"roll, pitch and yaw must be three finite numbers, not {quoted(rpy)}"
         )
     roll, pitch, yaw = angles.tolist()
-    cr, sr = math.cos(roll), math.sin(roll)
-    cp, sp = math.cos(pitch), math.sin(pitch)
-    cy, sy = math.cos(yaw), math.sin(yaw)
+    sr, cr = sine_cosine(roll)
+    sp, cp = sine_cosine(pitch)
+    sy, cy = sine_cosine(yaw)
     return np.array(
         [
             [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.perception import CameraDescription, ImageKind, Images
+from scene_graph_ros.geometry.spatial.sums import product
 from scene_graph_ros.node.world.world import WorldSnapshot
 
 __all__ = ["CameraFrame", "optical_frame", "parent_of"]
@@ -40,7 +41,7 @@ class CameraFrame:
     def X_WC(self) -> NDArray[np.float64]:
         """Pose ``(4, 4)`` of the optical frame in the world."""
         X_WP: NDArray[np.float64] = self.snapshot.query.snapshot.pose_in_world(self._parent)
-        return X_WP @ self._camera.X_PC
+        return product(X_WP, self._camera.X_PC)
 
     def render(self, kinds: frozenset[ImageKind]) -> frozenset[ImageKind]:
         """Have images of these kinds; return those that were not there yet."""

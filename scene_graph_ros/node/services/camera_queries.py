@@ -25,6 +25,7 @@ from scene_graph_ros.geometry.perception import (
 from scene_graph_ros.geometry.perception.default_renderer import DEFAULT_RENDERER
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.spatial.sums import product
 from scene_graph_ros.located import suggestion
 from scene_graph_ros.node.effects.camera_frame import optical_frame, parent_of
 from scene_graph_ros.node.services.queries import QueryScope
@@ -56,7 +57,7 @@ def render_images(request: Any, response: Any, scope: QueryScope) -> None:
     named: dict[str, Any] = {"stamp_ns": snapshot.stamp, "frame_id": view.frame_id}
 
     def answer(query: QueryObject) -> tuple[Any, NDArray[np.float64]]:
-        X_WC = query.snapshot.pose_in_world(view.parent) @ view.X_PC
+        X_WC = product(query.snapshot.pose_in_world(view.parent), view.X_PC)
         depth_range = view.camera.depth_range
         images = engine.render(query.snapshot, core, X_WC, kinds, depth_range)
         return {name: image_to_msg(f, lens, images, **named) for name, f in forms.items()}, X_WC

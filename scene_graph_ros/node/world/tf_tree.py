@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from dataclasses import dataclass, field
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -16,12 +15,14 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.spatial.elementary import arc_sine, sine_cosine
 from scene_graph_ros.geometry.spatial.poses import (
     compose,
     inverse,
     poses_from_quaternions,
     quaternions_from_poses,
 )
+from scene_graph_ros.geometry.spatial.sums import length, product
 
 __all__ = ["HISTORY", "STATIC", "MissingTransformError", "Placed", "TfTree"]
 
@@ -106,14 +107,14 @@ class _Edge:
 def _between(X1: Pose, X2: Pose, t: float) -> Pose:
     """Return the pose at t in [0, 1] between two: a line, and a turn at one speed (slerp)."""
     a, b = quaternions_from_poses(np.stack([X1, X2]))
-    b = b if a @ b >= 0.0 else -b
-    angle = 2.0 * math.asin(min(1.0, 0.5 * float(np.linalg.norm(a - b))))
+    b = b if product(a, b) >= 0.0 else -b
+    angle = 2.0 * arc_sine(min(1.0, 0.5 * length(a - b)))
     u, v = 1.0 - t, t
     if angle > _SMALL_ANGLE:
-        u, v = (math.sin(w * angle) / math.sin(angle) for w in (u, v))
+        u, v = (sine_cosine(w * angle)[0] / sine_cosine(angle)[0] for w in (u, v))
     q = u * a + v * b
     p = (1.0 - t) * X1[:3, 3] + t * X2[:3, 3]
-    return poses_from_quaternions(p[np.newaxis], (q / np.linalg.norm(q))[np.newaxis])[0]
+    return poses_from_quaternions(p[np.newaxis], (q / length(q))[np.newaxis])[0]
 
 
 class TfTree:
@@ -201,7 +202,7 @@ class TfTree:
                     f"{quoted(frame)} in {quoted(edge.parent)} is not known {lag:.3f} s before "
                     "its oldest transform, of when the chain's slowest is"
                 )
-            result = result @ X
+            result = product(result, X)
         return result
 
     def _chain(self, frame: str, base: str) -> tuple[list[str], list[str]]:

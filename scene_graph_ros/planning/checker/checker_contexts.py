@@ -16,6 +16,8 @@ from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.spatial.poses import inverse
+from scene_graph_ros.geometry.spatial.sums import product
 from scene_graph_ros.planning.checker.checker_state import CheckerState
 from scene_graph_ros.planning.errors import CollisionCheckerError
 
@@ -125,14 +127,14 @@ def moved_snapshot(state: CheckerState, q: NDArray[np.float64]) -> Snapshot:
                 X_WF[frame] = X_WLs[link]
             else:
                 X_WP = in_world(inspector.get_parent_frame(frame))
-                X_WF[frame] = X_WP @ snapshot.pose_in_parent(frame)
+                X_WF[frame] = product(X_WP, snapshot.pose_in_parent(frame))
         return X_WF[frame]
 
     poses: dict[FrameId, Any] = {}
     for frame in inspector.get_all_frame_ids():
         if int(frame) in state.links and frame != world:
             X_WP = in_world(inspector.get_parent_frame(frame))
-            poses[frame] = np.linalg.solve(X_WP, in_world(frame))
+            poses[frame] = product(inverse(X_WP), in_world(frame))
     return snapshot.with_frame_poses(poses)
 
 

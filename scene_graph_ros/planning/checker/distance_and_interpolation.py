@@ -14,6 +14,7 @@ from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.geometry.reals import as_float
+from scene_graph_ros.geometry.spatial.elementary import arc_sines
 from scene_graph_ros.planning.errors import CollisionCheckerError
 from scene_graph_ros.robots.kinematic_tree import KinematicTree
 from scene_graph_ros.robots.tree_kernels import FLOATING
@@ -147,7 +148,7 @@ class LinearDistanceAndInterpolationProvider(DistanceAndInterpolationProvider):
         for start in self._quaternions:
             a, b = (_units(q[:, start : start + 4]) for q in (q1, q2))
             chords = np.minimum(np.linalg.norm(a - b, axis=1), np.linalg.norm(a + b, axis=1))
-            ways[:, start] = 4.0 * np.arcsin(np.minimum(1.0, 0.5 * chords))
+            ways[:, start] = 4.0 * arc_sines(np.minimum(1.0, 0.5 * chords))
         result: NDArray[np.float64] = np.linalg.norm(ways * self._weights, axis=1)
         return result
 

@@ -16,6 +16,7 @@ from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
 from scene_graph_ros.geometry.query.distance.solved_pairs import SolvedPairs
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array
+from scene_graph_ros.geometry.spatial.sums import product
 from scene_graph_ros.planning.checker.checker_state import CheckerState
 from scene_graph_ros.planning.errors import CollisionCheckerError, finite_number
 from scene_graph_ros.planning.pairs.checker_plan import CheckerPlan
@@ -289,7 +290,7 @@ def poses_of_rows(
     robots = len(plan.X_LG)
     X_WG = snapshot.X_WG.copy()
     X_WL = plan.tree.link_poses(q)
-    X_WG[plan.bodies.rows[:robots]] = X_WL[plan.owners[:robots]] @ plan.X_LG
+    X_WG[plan.bodies.rows[:robots]] = product(X_WL[plan.owners[:robots]], plan.X_LG)
     return X_WG
 
 

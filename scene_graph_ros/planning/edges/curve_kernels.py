@@ -8,6 +8,7 @@ in all entries of a configuration but quaternions, which must be the same in all
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
+from scene_graph_ros.geometry.spatial.elementary import arc_sine, sine_cosine
 from scene_graph_ros.robots.tree_kernels import FLOATING, SMALL_ANGLE
 
 __all__ = ["half_turn", "interpolate", "point_on"]
@@ -24,10 +25,8 @@ def interpolate(tree, q1, q2, t, out):
             angle, sign, size1, size2 = half_turn(q1, q2, s)
             a, b = 1.0 - t, sign * t
             if angle > SMALL_ANGLE:
-                a, b = (
-                    math.sin(a * angle) / math.sin(angle),
-                    sign * math.sin(t * angle) / math.sin(angle),
-                )
+                sine = sine_cosine(angle)[0]
+                a, b = sine_cosine(a * angle)[0] / sine, sign * sine_cosine(t * angle)[0] / sine
             for i in range(s, s + 4):
                 out[i] = a * q1[i] / size1 + b * q2[i] / size2
 
@@ -46,7 +45,7 @@ def half_turn(q1, q2, s):
     apart = 0.0
     for i in range(s, s + 4):
         apart += (q1[i] / size1 - sign * q2[i] / size2) ** 2
-    return 2.0 * math.asin(min(1.0, 0.5 * math.sqrt(apart))), sign, size1, size2
+    return 2.0 * arc_sine(min(1.0, 0.5 * math.sqrt(apart))), sign, size1, size2
 
 
 @inlined_kernel

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.model.paths import GeometryPair
 from scene_graph_ros.geometry.one_line import one_line
+from scene_graph_ros.geometry.spatial.sums import length
 from scene_graph_ros.planning.edges.curves import point_on_curve
 from scene_graph_ros.planning.edges.edge_proofs import EdgeProofs
 from scene_graph_ros.planning.edges.edge_stretches import COLLIDES, FREE, UNDECIDED
@@ -80,7 +81,7 @@ def measure_of(
     alpha, t, least, _ = proofs.numbers[row].tolist()
     is_free = status == FREE
     return EdgeMeasure(
-        distance=float(np.linalg.norm(edge[-1] - edge[0])),
+        distance=length(edge[-1] - edge[0]),
         alpha=-1.0 if status == COLLIDES and t == 0.0 else alpha,
         status=EdgeStatus(status),
         least_clearance=max(least, 0.0) if is_free else 0.0,

@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
+from scene_graph_ros.geometry.spatial.elementary import sine_cosine
 from scene_graph_ros.planning.edges.curve_kernels import half_turn
 from scene_graph_ros.robots.tree_kernels import (
     FLOATING,
@@ -99,7 +100,7 @@ def _bounds_of_joint(tree, joint, edge):
         if kind == PRISMATIC:
             slide = max(slide, abs(factor * q[s] + tree.offsets[joint]))
         elif kind == PLANAR:
-            slide = max(slide, math.hypot(q[s], q[s + 1]))
+            slide = max(slide, math.sqrt(q[s] ** 2 + q[s + 1] ** 2))
         elif kind == FLOATING:
             slide = max(slide, math.sqrt(q[s + 4] ** 2 + q[s + 5] ** 2 + q[s + 6] ** 2))
         if k == degree:
@@ -110,7 +111,7 @@ def _bounds_of_joint(tree, joint, edge):
         elif kind == PRISMATIC:
             moved = max(moved, abs(factor * (r[s] - q[s])))
         elif kind == PLANAR:
-            moved = max(moved, math.hypot(r[s] - q[s], r[s + 1] - q[s + 1]))
+            moved = max(moved, math.sqrt((r[s] - q[s]) ** 2 + (r[s + 1] - q[s + 1]) ** 2))
             turned = max(turned, abs(r[s + 2] - q[s + 2]))
         else:
             angle, _, _, _ = half_turn(q, r, s)
@@ -158,7 +159,7 @@ def _set_rates(tree, edge, rates):
             angle, sign, size1, size2 = half_turn(q, r, s)
             scale = 2.0 * sign / (size1 * size2)
             if angle > SMALL_ANGLE:
-                scale *= angle / math.sin(angle)
+                scale *= angle / sine_cosine(angle)[0]
             # The vector of the second quaternion times the first one's inverse.
             for i in range(3):
                 m, n = s + 1 + (i + 1) % 3, s + 1 + (i + 2) % 3

@@ -15,6 +15,7 @@ from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.query.candidates.rows import candidate_rows
 from scene_graph_ros.geometry.query.distance.pair_entry import PAIR_DISTANCE
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+from scene_graph_ros.geometry.spatial.sums import length, product
 from scene_graph_ros.geometry.tables.held_table import HeldTable, hold
 from scene_graph_ros.geometry.tolerances import OSCULATION
 from scene_graph_ros.planning.pairs.bodies import (
@@ -184,10 +185,10 @@ def placed(plan: CheckerPlan, snapshot: Snapshot) -> CheckerPlan:
     for body, frames in enumerate(plan.carried):
         X_LF = np.eye(4)
         for frame in frames:
-            X_LF = X_LF @ snapshot.pose_in_parent(frame)
+            X_LF = product(X_LF, snapshot.pose_in_parent(frame))
         if frames:
-            X_LG[body] = X_LF @ X_LG[body]
-    X_JG = tree.X_JL[plan.owners[:count]] @ X_LG
+            X_LG[body] = product(X_LF, X_LG[body])
+    X_JG = product(tree.X_JL[plan.owners[:count]], X_LG)
     out = np.einsum("nij,nj->ni", X_JG[:, :3, :3], bodies.centers[:count]) + X_JG[:, :3, 3]
     X_WG = np.ascontiguousarray(snapshot.X_WG[rows[count:]][:, :3]).reshape(-1, 3, 4)
     at = np.einsum("nij,nj->ni", X_WG[:, :, :3], bodies.centers[count:]) + X_WG[:, :, 3]
@@ -241,7 +242,7 @@ def _bounds(snapshot: Snapshot, rows: NDArray[np.int64]) -> tuple[NDArray[np.flo
         elif kind == ShapeKind.CYLINDER:
             radii[b] = np.hypot(half[0], half[2])
         elif kind == ShapeKind.BOX:
-            radii[b] = np.linalg.norm(half)
+            radii[b] = length(half)
         else:
             hull = table.hull[row]
             hulls = table.hulls

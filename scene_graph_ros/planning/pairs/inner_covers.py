@@ -13,6 +13,7 @@ from scene_graph_ros.geometry.compiled.lanes import (
     root,
 )
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+from scene_graph_ros.geometry.spatial.sums import product
 from scene_graph_ros.geometry.tables.table_arrays import ShapeTable
 
 __all__ = ["INNER", "farthest_apart", "inner_covers"]
@@ -56,7 +57,7 @@ def _inner(table: ShapeTable, row: int, center: NDArray[np.float64]) -> tuple[fl
         case _:
             hull, hulls = table.hull[row], table.hulls
             faces = slice(hulls.face_start[hull], hulls.face_start[hull + 1])
-            beyond = hulls.face_offsets[faces] - hulls.face_normals[faces] @ center
+            beyond = hulls.face_offsets[faces] - product(hulls.face_normals[faces], center)
             radius = beyond.min(initial=np.inf) if not table.exact[row] else 0.0
     if not 0.0 < radius < np.inf:
         return _UNKNOWN

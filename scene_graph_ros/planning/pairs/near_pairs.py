@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.model.paths import GeometryPair
+from scene_graph_ros.geometry.spatial.sums import product
 from scene_graph_ros.planning.pairs.bodies import BodyTable, Places
 from scene_graph_ros.planning.pairs.checker_plan import CheckerPlan
 from scene_graph_ros.planning.pairs.clearance_kernels import (
@@ -111,7 +112,9 @@ def near_pairs_at(plan: CheckerPlan, q: NDArray[np.float64], influence: float) -
     near_distances(desk.shapes, desk.written, q, influence, desk.count)
     table, count = desk.table, desk.count.item()
     gradients = table.gradients[:count]
-    jacobians = gradients @ plan.tree.velocity_map(q[0]) if desk.is_mapped else gradients.copy()
+    jacobians = gradients.copy()
+    if desk.is_mapped:
+        jacobians = product(gradients, plan.tree.velocity_map(q[0]))
     return NearPairs(table.rows[:count].copy(), table.distances[:count].copy(), jacobians, plan)
 
 
@@ -131,7 +134,8 @@ def near_rows(plan: CheckerPlan, q: NDArray[np.float64], influence: float) -> Ne
         if desk.is_mapped:
             ends = np.cumsum(counts[done : done + taken])[:-1]
             shares = zip(np.split(gradients, ends), q[done : done + taken], strict=True)
-            gradients = np.concatenate([part @ tree.velocity_map(at) for part, at in shares])
+            mapped = [product(part, tree.velocity_map(at)) for part, at in shares]
+            gradients = np.concatenate(mapped)
         else:
             gradients = gradients.copy()
         parts.append((table.rows[:count].copy(), table.distances[:count].copy(), gradients))

@@ -31,6 +31,7 @@ from scene_graph_ros.convex.solve.floats.active_set import (
     columns_of,
     enter_equalities,
 )
+from scene_graph_ros.geometry.spatial.sums import product
 
 __all__ = ["Deepest", "exact_point", "find_deepest", "find_point"]
 
@@ -88,7 +89,7 @@ def find_deepest(rows: Rows, start: np.ndarray | None = None) -> Deepest:
     state = fresh_basis(n + 1)
     enter_equalities(columns_of(A), b, rows.num_equalities, x, *state)
     split = rows.num_equalities
-    slack = b[split:] - A[split:, :n] @ x[:n]
+    slack = b[split:] - product(A[split:, :n], x[:n])
     weights = A[split:, n]
     x[n] = min(slack[weights > 0.0] / weights[weights > 0.0])
     c = np.zeros(n + 1)

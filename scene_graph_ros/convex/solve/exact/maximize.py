@@ -26,6 +26,7 @@ from scene_graph_ros.convex.solve.floats.active_set import (
     enter_equalities,
     UNBOUNDED,
 )
+from scene_graph_ros.geometry.spatial.sums import least_squares, product
 from scene_graph_ros.geometry.tolerances import EPSILON
 
 __all__ = ["Optimum", "maximize", "prove_bound"]
@@ -67,8 +68,8 @@ def _mend_signs(
         chosen = chosen[chosen != worst]
         y[worst] = 0.0
         for _ in range(2):
-            left = goal - y[chosen] @ A[chosen]
-            y[chosen] += np.linalg.lstsq(A[chosen].T, left, rcond=None)[0]
+            left = goal - product(y[chosen], A[chosen])
+            y[chosen] += least_squares(A[chosen].T, left, max(A.shape) * EPSILON)
 
 
 def maximize(rows: Rows, c: np.ndarray, start: np.ndarray) -> Optimum:
@@ -85,9 +86,9 @@ def maximize(rows: Rows, c: np.ndarray, start: np.ndarray) -> Optimum:
     named = places >= 0
     for _ in range(2):
         # Rows that are nearly parallel have large multipliers; once more takes what rounding left.
-        left = goal - weights[named] @ A[places[named]]
+        left = goal - product(weights[named], A[places[named]])
         left[~named] -= weights[~named]
-        weights = weights + left @ inverse
+        weights = weights + product(left, inverse)
     y = np.zeros(len(b))
     y[places[named]] = weights[named]
     if status != UNBOUNDED:
@@ -97,10 +98,10 @@ def maximize(rows: Rows, c: np.ndarray, start: np.ndarray) -> Optimum:
         direction = np.ldexp(ray, scales[1])
         return Optimum(np.inf, point, y, np.inf, 0.0, direction, state[0])
     # About the point, so that a set far from the origin loses nothing.
-    slack = rows.b - rows.A @ point
-    value = float(c @ point)
-    off = np.abs(c - y @ rows.A) @ np.maximum(np.abs(point), np.abs(start))
-    gap = float(abs(y @ slack) + off)
+    slack = rows.b - product(rows.A, point)
+    value = float(product(c, point))
+    off = product(np.abs(c - product(y, rows.A)), np.maximum(np.abs(point), np.abs(start)))
+    gap = float(abs(product(y, slack)) + off)
     return Optimum(value, point, y, value + gap, gap, None, state[0])
 
 
@@ -116,8 +117,8 @@ def _witness(
         return None
     far = optimum.x
     if optimum.ray is not None:
-        missing = max(0.0, float(bound) - float(c @ inner))
-        far = inner + optimum.ray * (2.0 * missing / float(c @ optimum.ray) + 1.0)
+        missing = max(0.0, float(bound) - float(product(c, inner)))
+        far = inner + optimum.ray * (2.0 * missing / float(product(c, optimum.ray)) + 1.0)
     for share in _INWARD:
         x = far + share * (inner - far)
         if is_inside(rows, x):

@@ -5,12 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 import functools
+import math
 
 import numpy as np
 
 from scene_graph_ros.convex.solve.exact.rational_simplex import whole_rows
 from scene_graph_ros.convex.solve.linear_algebra.doubled import exact_residual
 from scene_graph_ros.geometry.compiled.kernel import kernel
+from scene_graph_ros.geometry.spatial.elementary import binary_logarithm
 from scene_graph_ros.geometry.tolerances import EPSILON
 
 __all__ = ["Rows", "is_inside"]
@@ -81,7 +83,7 @@ def _find_exponents(A, rows, columns):
     sizes = np.empty((m, n))
     for i in range(m):
         for k in range(n):
-            sizes[i, k] = np.log2(abs(A[i, k])) if A[i, k] != 0.0 else -np.inf
+            sizes[i, k] = binary_logarithm(abs(A[i, k])) if A[i, k] != 0.0 else -np.inf
     sides = np.ascontiguousarray(sizes.T)
     _center_rows(sizes, rows, columns)
     _center_rows(sides, columns, rows)
@@ -101,9 +103,12 @@ def _find_exponents(A, rows, columns):
             largest = max(largest, sizes[i, k] + columns[k])
         rows[i] = 0.0
         if largest > -np.inf:
+            # Powers of two are exact: the length is at most 1, and above 1/2, whatever rounds.
+            unit = np.ceil(largest)
             for k in range(n):
-                square += np.exp2(2.0 * (sizes[i, k] + columns[k] - largest))
-            rows[i] = -np.ceil(0.5 * np.log2(square) + largest)
+                square += math.ldexp(A[i, k], int(columns[k] - unit)) ** 2
+            fraction, exponent = math.frexp(square)
+            rows[i] = -unit - ((exponent + (fraction > 0.5)) // 2)
 
 
 @kernel

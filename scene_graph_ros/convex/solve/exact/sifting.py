@@ -138,6 +138,6 @@ def _first_choice(
     except RuntimeError:  # its steps are used up
         shares = np.zeros(G.shape[1])
     prices = (G.T @ (goal - G @ shares))[: len(chosen)]
-    chosen[np.argsort(-prices)[:count]] = True
+    chosen[np.argsort(-prices, kind="stable")[:count]] = True
     chosen |= shares[: len(chosen)] > 0.0
     return chosen

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.hull import convex_hull, Hull, triangles_of_hull
+from scene_graph_ros.geometry.spatial.sums import least_squares
 
 __all__ = ["grown", "hulls_of_pieces", "triangles_of_hulls"]
 
@@ -49,7 +50,7 @@ def grown(hull: Hull, by: float) -> FloatArray:
     result = hull.vertices.copy()
     for which in np.split(order, ends):
         along = normals[which]
-        step = np.linalg.lstsq(along, np.full(len(along), by), rcond=_ONE_PLANE)[0]
+        step = least_squares(along, np.full(len(along), by), _ONE_PLANE)
         result[at[which[0]]] += step
     return result
 

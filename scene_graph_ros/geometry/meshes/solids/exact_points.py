@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.spatial.sums import product
+
 __all__ = ["Edge", "ExactPoints", "ascending"]
 
 FloatArray = NDArray[np.float64]
@@ -75,7 +77,7 @@ class ExactPoints:
         """Return how far a point is above a triangle's plane: of the right sign, or exactly 0."""
         if t in self._planes[point] or point in self.rows[t]:
             return 0.0
-        value = float(self._normals[t] @ (self.at[point] - self._origins[t]))
+        value = float(product(self._normals[t], self.at[point] - self._origins[t]))
         if abs(value) > self._slack:
             return value
         normal, offset = self._plane_of(t)

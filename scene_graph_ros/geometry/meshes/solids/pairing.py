@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.meshes.solids.half_edges import Edges, edges_of, mates_of
+from scene_graph_ros.geometry.spatial.elementary import arc_tangents
+from scene_graph_ros.geometry.spatial.sums import length, product
 
 __all__ = ["pair_around", "with_pairs_apart"]
 
@@ -86,13 +88,14 @@ def _angles(vertices: FloatArray, triangles: IntArray, edges: Edges, half: IntAr
     axis = vertices[high] - vertices[low]
     if not axis.any():
         axis = np.ones(3)  # of equal vertices any direction is as good
-    axis /= np.linalg.norm(axis)
+    axis /= length(axis)
     across = np.eye(3)[np.abs(axis).argmin()]
     u = np.cross(axis, across)
-    u /= np.linalg.norm(u)
+    u /= length(u)
     corner = triangles[half // 3, (half % 3 + 2) % 3]
     arms = vertices[corner] - vertices[low]
-    return np.arctan2(arms @ np.cross(axis, u), arms @ u)
+    angles: FloatArray = arc_tangents(product(arms, np.cross(axis, u)), product(arms, u))
+    return angles
 
 
 def _tighter(angles: FloatArray, corners: IntArray) -> int:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.meshes.bvh import build_bvh
 from scene_graph_ros.geometry.meshes.distinct_rows import distinct_rows
 from scene_graph_ros.geometry.meshes.solids.overlaps import meeting_boxes
+from scene_graph_ros.geometry.spatial.sums import least_squares
 
 __all__ = ["pressed_together"]
 
@@ -80,5 +81,5 @@ def _moved(
         # Triangles of one face have normals that are equal but for rounding.
         planes = distinct_rows(np.round(normals[which // 3], 6)).first
         along = normals[which // 3][planes]
-        result[row] += np.linalg.lstsq(along, np.full(len(along), by), rcond=1e-3)[0]
+        result[row] += least_squares(along, np.full(len(along), by), 1e-3)
     return result

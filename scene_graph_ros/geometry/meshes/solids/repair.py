@@ -19,6 +19,7 @@ from scene_graph_ros.geometry.meshes.solids.half_edges import (
 )
 from scene_graph_ros.geometry.meshes.solids.mesh_report import Repair
 from scene_graph_ros.geometry.meshes.solids.walk import walk_parts
+from scene_graph_ros.geometry.spatial.sums import product
 from scene_graph_ros.geometry.tolerances import DEGENERATE_TRIANGLE
 
 __all__ = ["repaired", "without_doubles"]
@@ -196,11 +197,11 @@ def _on_edge(
     """Return the candidates that are beside an edge, between its ends, from the first on."""
     a, b = vertices[ends[0]], vertices[ends[1]]
     along = b - a
-    square = float(along @ along)
+    square = float(product(along, along))
     if square <= tolerance**2:
         return candidates[:0]
     arms = vertices[candidates] - a
-    s = arms @ along / square
+    s = product(arms, along) / square
     off = np.linalg.norm(arms - s[:, None] * along, axis=1)
     margin = tolerance / np.sqrt(square)
     found = np.flatnonzero((off <= tolerance) & (s > margin) & (s < 1.0 - margin))

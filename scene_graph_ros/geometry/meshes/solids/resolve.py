@@ -8,6 +8,8 @@ vertices are first moved by random steps smaller than the promised accuracy.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -42,7 +44,8 @@ def resolved(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, Int
 
     """
     rng = np.random.default_rng(5)
-    unit = 2.0 ** (np.ceil(np.log2(np.abs(vertices[triangles]).max())) - _WHOLE)
+    fraction, exponent = math.frexp(np.abs(vertices[triangles]).max())
+    unit = math.ldexp(1.0, exponent - (fraction == 0.5) - _WHOLE)
     whole = np.round(vertices / unit)
     for step in _STEPS:
         try:

@@ -9,6 +9,7 @@ that the library refuses, or that cross themselves, are cut where they cross (``
 from __future__ import annotations
 
 from collections.abc import Sequence
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -124,7 +125,7 @@ def _middle(members: list[Part]) -> FloatArray:
     """
     lower = np.min([part.lower for part in members], axis=0)
     upper = np.max([part.upper for part in members], axis=0)
-    step = 2.0 ** (np.floor(np.log2((upper - lower).max())) - 4.0)
+    step = math.ldexp(1.0, math.frexp((upper - lower).max())[1] - 5)
     return np.asarray(np.round(0.5 * (lower + upper) / step) * step)
 
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.meshes.tessellate.solid import Solid
 from scene_graph_ros.geometry.shapes.box import Box
+from scene_graph_ros.geometry.spatial.sums import length
 from scene_graph_ros.geometry.tolerances import MEDIAL_AXIS
 
 __all__ = ["surface_box", "volume_box"]
@@ -107,7 +108,7 @@ def _fan(corners: list[int], points: NDArray[np.float64]) -> list[tuple[int, int
         return [(others[0], others[1], last)]
     # The opposite corner of the last one is furthest from it along the diagonal: the corner
     # whose diagonal the two others lie on both sides of.
-    far = max(others, key=lambda k: float(np.linalg.norm(points[k] - points[last])))
+    far = max(others, key=lambda k: length(points[k] - points[last]))
     return [(k, far, last) for k in others if k != far]
 
 

@@ -22,6 +22,7 @@ from scene_graph_ros.geometry.meshes.tessellate.counts import (
 )
 from scene_graph_ros.geometry.meshes.tessellate.solid import Solid
 from scene_graph_ros.geometry.shapes.cylinder import Cylinder
+from scene_graph_ros.geometry.spatial.elementary import sines_and_cosines
 from scene_graph_ros.geometry.tolerances import MEDIAL_AXIS
 
 __all__ = ["surface_cylinder", "volume_cylinder"]
@@ -82,7 +83,7 @@ def _topology(n: int, medial: int) -> tuple[FloatArray, IntArray, IntArray]:
     """
     k = np.arange(n)
     angles = k * (2.0 * math.pi / n)
-    circle = np.tile(np.column_stack([np.cos(angles), np.sin(angles)]), (2, 1))
+    circle = np.tile(np.column_stack(sines_and_cosines(angles)[::-1]), (2, 1))
     low, low_next = k, np.roll(k, -1)
     high, high_next = low + n, low_next + n
     bottom, top = np.full(n, 2 * n), np.full(n, 2 * n + 1)

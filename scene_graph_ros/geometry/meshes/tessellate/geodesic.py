@@ -9,6 +9,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.spatial.elementary import arc_tangents, sines_and_cosines
+from scene_graph_ros.geometry.spatial.sums import determinant, product
+
 __all__ = [
     "LONGEST_DOME_EDGE",
     "LONGEST_SPHERE_EDGE",
@@ -21,7 +24,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 _GOLDEN = 0.5 * (1.0 + math.sqrt(5.0))
-_ICOSAHEDRON_ANGLE = math.acos(1.0 / math.sqrt(5.0))
+_ICOSAHEDRON_ANGLE = 1.1071487177940904  # The arc of the tangent 2.
 _OCTAHEDRON_ANGLE = 0.5 * math.pi
 
 LONGEST_SPHERE_EDGE = 1.304
@@ -38,12 +41,12 @@ def _icosahedron() -> tuple[FloatArray, IntArray]:
     flat = np.column_stack([np.zeros(4), signs])
     vertices = np.concatenate([np.roll(flat, k, axis=1) for k in range(3)])
     vertices /= math.sqrt(1.0 + _GOLDEN**2)
-    gram = vertices @ vertices.T
+    gram = product(vertices, vertices.T)
     near = (gram > 0.0) & (gram < 0.9)
     triangles = []
     for a, b, c in itertools.combinations(range(12), 3):
         if near[a, b] and near[b, c] and near[c, a]:
-            outward = np.linalg.det(vertices[[a, b, c]]) > 0.0
+            outward = determinant(vertices[[a, b, c]]) > 0.0
             triangles.append((a, b, c) if outward else (a, c, b))
     return vertices, np.array(triangles, dtype=np.int64)
 
@@ -94,12 +97,13 @@ def _divided(
     vertices = np.empty((count, 3))
     lattice = np.add.outer(np.arange(f + 1), np.arange(f + 1))
     j, k = np.nonzero(lattice <= f)
-    weights = np.sin(np.stack([f - j - k, j, k], axis=1) * (angle / f))
+    turns = np.stack([f - j - k, j, k], axis=1) * (angle / f)
+    weights = sines_and_cosines(turns.ravel())[0].reshape(turns.shape)
     up_j, up_k = np.nonzero(lattice < f)
     down_j, down_k = np.nonzero(lattice < f - 1)
     faces = []
     for corner_rows, table in zip(triangles, tables, strict=True):
-        points = weights @ corners[corner_rows]
+        points = product(weights, corners[corner_rows])
         vertices[table[j, k]] = points / np.linalg.norm(points, axis=1)[:, None]
         up = (table[up_j, up_k], table[up_j + 1, up_k], table[up_j, up_k + 1])
         down = (
@@ -140,8 +144,9 @@ def geodesic_dome(f: int) -> tuple[FloatArray, IntArray, IntArray]:
     triangles = np.array([[k, (k + 1) % 4, 4] for k in range(4)])
     vertices, faces = _divided(corners, triangles, _OCTAHEDRON_ANGLE, f)
     on_rim = np.flatnonzero(vertices[:, 2] == 0.0)
-    angles = np.arctan2(vertices[on_rim, 1], vertices[on_rim, 0])
-    rim = on_rim[np.argsort(np.where(angles < 0.0, angles + 2.0 * math.pi, angles))]
+    angles = arc_tangents(vertices[on_rim, 1], vertices[on_rim, 0])
+    turned = np.where(angles < 0.0, angles + 2.0 * math.pi, angles)
+    rim = on_rim[np.argsort(turned, kind="stable")]
     for array in (vertices, faces, rim):
         array.flags.writeable = False
     return vertices, faces, rim

@@ -58,7 +58,7 @@ def _prisms(triangles: IntArray, count: int) -> IntArray:
 
     The diagonal of each side starts at its inner vertex of lower number, so that neighbours agree.
     """
-    a, b, c = np.take_along_axis(triangles, np.argsort(triangles, axis=1), axis=1).T
+    a, b, c = np.take_along_axis(triangles, np.argsort(triangles, axis=1, kind="stable"), axis=1).T
     inner_a, inner_b, inner_c = a + count, b + count, c + count
     parts = [
         (inner_a, inner_b, inner_c, c),
@@ -66,7 +66,7 @@ def _prisms(triangles: IntArray, count: int) -> IntArray:
         (inner_a, b, c, a),
     ]
     tetrahedra = np.concatenate([np.stack(rows, axis=1) for rows in parts])
-    order = np.argsort(triangles, axis=1)
+    order = np.argsort(triangles, axis=1, kind="stable")
     is_even = (np.roll(order, -1, axis=1) - order == 1).sum(axis=1) == 2
     wrong = np.tile(~is_even, len(parts))
     tetrahedra[wrong, 0], tetrahedra[wrong, 1] = (

@@ -28,6 +28,7 @@ from scene_graph_ros.geometry.narrowphase.mechanism import Mechanism
 from scene_graph_ros.geometry.narrowphase.multistart.all_features import contact_of_all_features
 from scene_graph_ros.geometry.narrowphase.pair import body_B, Placed, Simplex, swapped
 from scene_graph_ros.geometry.narrowphase.propose.gjk import store_support
+from scene_graph_ros.geometry.spatial.elementary import sine_cosine
 from scene_graph_ros.geometry.spatial.vectors import (
     axpy,
     column,
@@ -124,7 +125,8 @@ def _direction(core, R, index):
         axis = column(R, index // 2)
         return True, axis if index % 2 == 0 else scale(-1.0, axis)
     angle = 2.0 * math.pi * (index - AXES) / AROUND
-    n = axpy(math.sin(angle), column(R, 1), scale(math.cos(angle), column(R, 0)))
+    s, c = sine_cosine(angle)
+    n = axpy(s, column(R, 1), scale(c, column(R, 0)))
     return side(Placed(core, R, ORIGIN))[0] != NONE, n
 
 
@@ -147,7 +149,8 @@ def _turned(n, axis, steps):
     angle = 2.0 * math.pi * steps / AROUND
     along = scale(dot(axis, n), axis)
     across = subtract(n, along)
-    return axpy(math.sin(angle), cross(axis, across), axpy(math.cos(angle), across, along))
+    s, c = sine_cosine(angle)
+    return axpy(s, cross(axis, across), axpy(c, across, along))
 
 
 @lean_kernel

@@ -79,7 +79,7 @@ valley, and no number of corners tells it apart."""
 LARGE = 1024
 """Corners of the second polytope for hulls, whose many faces may nearly tie."""
 
-BASIN_COSINE = math.cos(0.2)
+BASIN_COSINE = 0.9800665778412416
 """A polished direction further than this from where it started belongs to another face."""
 
 COARSE_GAP = 1e-2

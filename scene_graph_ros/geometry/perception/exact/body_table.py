@@ -28,6 +28,7 @@ from scene_graph_ros.geometry.perception.exact.cover_table import cover_of
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 from scene_graph_ros.geometry.shapes.shape import PrimitiveShape
+from scene_graph_ros.geometry.spatial.sums import length
 
 __all__ = ["BodyTable", "body_table", "place_bodies"]
 
@@ -143,7 +144,7 @@ def _size_and_reach(shape: Any) -> tuple[tuple[float, float, float], float]:
             return (shape.radius, half, 0.0), float(np.hypot(shape.radius, half))
         case ShapeKind.BOX:
             halves = 0.5 * shape.size
-            return tuple(halves.tolist()), float(np.linalg.norm(halves))
+            return tuple(halves.tolist()), length(halves)
         case ShapeKind.ELLIPSOID:
             return (shape.a, shape.b, shape.c), max(shape.a, shape.b, shape.c)
         case ShapeKind.HALF_SPACE:
@@ -242,7 +243,7 @@ def _with_deformable(snapshot: Snapshot, table: BodyTable, X_WG: FloatArray) -> 
         triangles = driven.surface.triangles
         seen = _with_ball(points - origin, triangles, record.name)
         meshes.append(seen)
-        mesh[row], radius[row] = first + k, float(np.linalg.norm(seen.center)) + seen.radius
+        mesh[row], radius[row] = first + k, length(seen.center) + seen.radius
         poses[row, :3, 3] = origin
     added = _packed(meshes)
     return bodies._replace(

@@ -10,6 +10,7 @@ import math
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel
 from scene_graph_ros.geometry.perception.exact.normals import box_axis, is_on_end
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+from scene_graph_ros.geometry.spatial.elementary import arc_tangent
 
 __all__ = ["picture_coordinates"]
 
@@ -22,13 +23,13 @@ _ELLIPSOID = int(ShapeKind.ELLIPSOID)
 
 @lean_kernel
 def _around(p):
-    return 0.5 + math.atan2(p[1], p[0]) / (2.0 * math.pi)
+    return 0.5 + arc_tangent(p[1], p[0]) / (2.0 * math.pi)
 
 
 @lean_kernel
 def _latitude(p):
     """Return the angle of a direction above the xy plane."""
-    return math.atan2(p[2], math.sqrt(p[0] * p[0] + p[1] * p[1]))
+    return arc_tangent(p[2], math.sqrt(p[0] * p[0] + p[1] * p[1]))
 
 
 @lean_kernel

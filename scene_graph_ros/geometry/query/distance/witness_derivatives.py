@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.query.distance.local_surface import local_surfaces
 from scene_graph_ros.geometry.query.distance.solved_pairs import SolvedPairs
-from scene_graph_ros.geometry.tolerances import SINGULAR_CONTACT
+from scene_graph_ros.geometry.query.distance.witness_systems import solve_witnesses
+from scene_graph_ros.geometry.spatial.sums import product
 
 __all__ = ["witness_derivatives"]
 
@@ -82,29 +83,22 @@ def witness_derivatives(
     # omega x n = -skew(n) omega.
     turn = -_skew(nhat)
     P = np.swapaxes(T_A, 1, 2)  # onto the tangent plane, in A's principal directions
-    PT_B = P @ T_B
+    PT_B = product(P, T_B)
     size = np.maximum(table.scale[rows[:, 0]], table.scale[rows[:, 1]])[:, None, None]
     matrix, right = np.zeros((k, 4, 4)), np.zeros((k, 4, 12))
     matrix[:, :2, :2] = s_A[:, None, :] * np.eye(2)
     matrix[:, :2, 2:] = PT_B * s_B[:, None, :]
-    right[:, :2, 0:3] = P @ turn
-    right[:, :2, 6:9] = -(P @ turn)
+    right[:, :2, 0:3] = product(P, turn)
+    right[:, :2, 6:9] = -right[:, :2, 0:3]
     matrix[:, 2:, :2] = w_A[:, None, :] * np.eye(2) / size
     matrix[:, 2:, 2:] = -PT_B * (w_B + phi[:, None] * s_B)[:, None, :] / size
     dn = np.zeros((k, 3, 12))
     dn[:, :, 6:9] = turn
-    right[:, 2:] = P @ (v_b - v_a + phi[:, None, None] * dn) / size
+    right[:, 2:] = product(P, v_b - v_a + phi[:, None, None] * dn) / size
     is_solvable = smooth_A & smooth_B & solved.is_unique & np.isfinite(matrix).all(axis=(1, 2))
-    matrix[~is_solvable] = np.eye(4)
-    scaled = matrix / np.maximum(
-        np.linalg.norm(matrix, axis=1, keepdims=True), np.finfo(float).tiny
-    )
-    is_solvable &= np.linalg.svd(scaled, compute_uv=False)[:, -1] > SINGULAR_CONTACT
-    matrix[~is_solvable] = np.eye(4)
-    right[~is_solvable] = 0.0
-    mu = np.linalg.solve(matrix, right)
-    da = v_a + (T_A * w_A[:, None, :]) @ mu[:, :2]
-    db = v_b + (T_B * w_B[:, None, :]) @ mu[:, 2:]
+    solve_witnesses(matrix, right, is_solvable)
+    da = v_a + product(T_A * w_A[:, None, :], right[:, :2])
+    db = v_b + product(T_B * w_B[:, None, :], right[:, 2:])
     return {
         "dp_WCa_dX_WA": np.ascontiguousarray(da[:, :, :6]),
         "dp_WCa_dX_WB": np.ascontiguousarray(da[:, :, 6:]),

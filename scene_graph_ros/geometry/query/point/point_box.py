@@ -1,5 +1,7 @@
 """Signed distance from a point to a box."""
 
+import math
+
 from scene_graph_ros.geometry.compiled.division import reciprocal
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
 from scene_graph_ros.geometry.spatial.vectors import norm
@@ -8,7 +10,7 @@ from scene_graph_ros.geometry.tolerances import COINCIDENCE
 __all__ = ["point_box"]
 
 
-_PART_OF_TWO, _PART_OF_THREE = 0.5**0.5, (1.0 / 3.0) ** 0.5
+_PART_OF_TWO, _PART_OF_THREE = math.sqrt(0.5), math.sqrt(1.0 / 3.0)
 """Each coordinate of the mean direction of so many axes."""
 
 

@@ -8,6 +8,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.spatial.elementary import arc_sines
 from scene_graph_ros.planning.pairs.checker_plan import CheckerPlan
 from scene_graph_ros.planning.paths.search.space_kernels import SpaceTable
 from scene_graph_ros.robots.kinematic_tree import KinematicTree
@@ -114,7 +115,7 @@ class PositionSpace:
         for s in self.table.quaternions:
             a, b = path[:-1, s : s + 4], path[1:, s : s + 4]
             apart = np.minimum(*(np.linalg.norm(a - sign * b, axis=1) for sign in (1.0, -1.0)))
-            squares += (4.0 * np.arcsin(np.minimum(1.0, 0.5 * apart))) ** 2
+            squares += (4.0 * arc_sines(np.minimum(1.0, 0.5 * apart))) ** 2
         return float(np.sqrt(squares).sum())
 
     def distances(
@@ -128,7 +129,7 @@ class PositionSpace:
         for s in self.table.quaternions:
             a, b = q[s : s + 4], others[:, s : s + 4]
             apart = np.minimum(*(np.linalg.norm(a - sign * b, axis=1) for sign in (1.0, -1.0)))
-            squares += (4.0 * np.arcsin(np.minimum(1.0, 0.5 * apart))) ** 2
+            squares += (4.0 * arc_sines(np.minimum(1.0, 0.5 * apart))) ** 2
         return np.asarray(np.sqrt(squares))
 
     def turns(self, q: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.float64]:

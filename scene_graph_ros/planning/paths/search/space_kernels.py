@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
+from scene_graph_ros.geometry.spatial.elementary import arc_sine
 from scene_graph_ros.planning.edges.curve_kernels import interpolate
 
 __all__ = ["SpaceTable", "distance", "nearest", "walk"]
@@ -48,7 +49,7 @@ def distance(space, a, b):
         for i in range(s, s + 4):
             same += (b[i] - a[i]) ** 2
             opposite += (b[i] + a[i]) ** 2
-        angle = 4.0 * math.asin(min(1.0, 0.5 * math.sqrt(min(same, opposite))))
+        angle = 4.0 * arc_sine(min(1.0, 0.5 * math.sqrt(min(same, opposite))))
         total += angle * angle
     return math.sqrt(total)
 
