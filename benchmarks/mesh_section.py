@@ -3,7 +3,8 @@
     python -m benchmarks.mesh_section [FILE] [--axis x] [--out docs/mesh_section.png]
 
 The section is through the triangle that is deepest inside of the solid. Without a file it is the
-torso of TIAGo in example-robot-data, which has a triangle farther inside than other robots' meshes.
+torso of TIAGo in example-robot-data, which has a triangle farther inside than
+other robots' meshes.
 """
 
 from __future__ import annotations
