@@ -365,6 +365,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 0
     if not options.files:
         parser.error("name at least one FILE")
+    if options.draw is not None and not any(is_mesh_file(Path(file)) for file in options.files):
+        parser.error("argument --draw: none of the files is a mesh, by its name")
     package_map = {}
     for entry in options.package:
         name, separator, folder = entry.partition("=")

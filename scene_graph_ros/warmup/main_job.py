@@ -139,7 +139,7 @@ def read_meshes() -> None:
     solid = surface_of(Mesh(vertices=TETRAHEDRON, faces=FACES))
     farthest_outside(solid, solid)
     square = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.2, 0.2, 0.0], [0.0, 1.0, 0.0]])
-    triangles_of_polygons(square, np.arange(4), np.array([4]))
+    triangles_of_polygons(square, np.arange(4), np.array([4]), "square", [])
     least_squares(square, np.zeros(4), 0.1)
 
 

@@ -1,16 +1,13 @@
-"""Solids of bodies against constructive truth, and real robots' meshes against winding numbers."""
+"""Solids of bodies against constructive truth."""
 
 from constructed_solids import boundary, distances, inside, random_solid, written
+from mesh_distances import signed_distances
 import numpy as np
 import pytest
-from robot_files import disagreements, robot_meshes
 from searching import times
 
 from scene_graph_ros.geometry import Mesh
-from scene_graph_ros.geometry.errors import MeshError
-from scene_graph_ros.geometry.meshes.sources import load_surface, surface_of
-from scene_graph_ros.geometry.query.point.batch import distance_points
-from scene_graph_ros.geometry.tables.shape_table import build_shape_table
+from scene_graph_ros.geometry.meshes.sources import surface_of
 
 POINTS = 200
 """Of each solid; half of them in its box, half within a tenth of its size from a face."""
@@ -37,12 +34,6 @@ def asked_points(rng, solid):
     return np.vstack([rng.uniform(lower - spread, upper + spread, near.shape), near + step])
 
 
-def signed_distances(mesh, points):
-    """Return the signed distances of (n, 3) points from a mesh."""
-    table = build_shape_table([mesh], [True])
-    return distance_points(table, np.eye(4)[None].copy(), points, np.inf)[2]
-
-
 @pytest.mark.search
 def test_random_solids_have_the_sides_and_distances_of_their_bodies():
     """Nested, touching, turned, small, hollow bodies in any order, way, layout and precision."""
@@ -65,28 +56,3 @@ def test_random_solids_have_the_sides_and_distances_of_their_bodies():
             worst.append(np.abs(np.abs(phi) - expected).max() / solid.size)
             assert worst[-1] <= SLIVERS, (seed, worst[-1], str(report))
     assert np.quantile(worst, 0.9) <= PLAIN
-
-
-FILES = robot_meshes()
-
-
-@pytest.mark.search
-@pytest.mark.skipif(not FILES, reason="example-robot-data is not installed")
-def test_meshes_of_robots_have_the_sides_of_their_winding_numbers():
-    """By solid angles of the file's own triangles, joined and oriented by other code than ours."""
-    rng = np.random.default_rng(4)
-    chosen = rng.permutation(len(FILES))[: min(times(4), len(FILES))]
-    compared = 0
-    for path in (FILES[i] for i in chosen):
-        mesh = Mesh(path)
-        try:
-            vertices, triangles = load_surface(mesh)
-            surface = surface_of(mesh)
-        except MeshError:
-            continue  # a file of the set has no vertices
-        bad = disagreements(
-            rng, surface, vertices, triangles, lambda q, mesh=mesh: signed_distances(mesh, q)
-        )
-        compared += bad is not None
-        assert bad is None or not len(bad), (path, bad[0], str(surface.report))
-    assert compared

@@ -61,6 +61,17 @@ class Scene:
         self.ids.append(geometry)
         return geometry
 
+    def add_deformable(self, shape, X_WG, resolution=None, properties=None):
+        """Register a deformable geometry and return its id."""
+        instance = GeometryInstance(X_WG, shape, f"soft{len(self.ids)}")
+        instance.set_proximity_properties(properties or ProximityProperties())
+        world = self.graph.world_frame_id()
+        geometry = self.graph.register_deformable_geometry(
+            self.source, world, instance, resolution
+        )
+        self.ids.append(geometry)
+        return geometry
+
     def query(self):
         """Return queries about the scene as posed."""
         context = self.graph.create_default_context()

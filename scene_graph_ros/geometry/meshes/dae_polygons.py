@@ -10,16 +10,17 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.polygons import triangles_of_polygons
+from scene_graph_ros.geometry.meshes.solids.mesh_report import Repair
 from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = ["with_triangles"]
 
 
-def with_triangles(contents: bytes, name: str) -> bytes:
+def with_triangles(contents: bytes, name: str, repairs: list[Repair]) -> bytes:
     """Return a COLLADA file with ``triangles`` in place of polygons of more than three corners.
 
     Raises MeshError for polygons with holes, and indices that are not there. The file has passed
-    ``check_promises``, which refuses entities and depth.
+    ``check_promises``, which refuses entities and depth. ``repairs`` gets what was put right.
     """
     if b"polylist" not in contents and b"polygons" not in contents:
         return contents
@@ -30,7 +31,7 @@ def with_triangles(contents: bytes, name: str) -> bytes:
         for mesh in root.iter(f"{space}mesh"):
             for kind in ("polylist", "polygons"):
                 for element in mesh.findall(space + kind):
-                    changed = _replace(element, mesh, kind, space) or changed
+                    changed = _replace(element, mesh, space, name, repairs) or changed
     except (ElementTree.ParseError, LookupError, TypeError, ValueError) as error:
         if isinstance(error, MeshError):
             raise
@@ -43,8 +44,9 @@ def with_triangles(contents: bytes, name: str) -> bytes:
     return result
 
 
-def _replace(element: Any, mesh: Any, kind: str, space: str) -> bool:
+def _replace(element: Any, mesh: Any, space: str, name: str, repairs: list[Repair]) -> bool:
     """Turn an element of polygons into one of triangles; tell whether it had to be."""
+    kind = element.tag.removeprefix(space)
     inputs = element.findall(f"{space}input")
     width = 1 + max((int(one.get("offset", 0)) for one in inputs), default=0)
     if kind == "polygons":
@@ -69,7 +71,7 @@ def _replace(element: Any, mesh: Any, kind: str, space: str) -> bool:
     corners = rows[:, offset]
     if len(corners) and not 0 <= corners.min() <= corners.max() < len(vertices):
         raise ValueError(f"a polygon refers to vertex {int(corners.max())} of {len(vertices)}")
-    cut = triangles_of_polygons(vertices, corners, sizes)
+    cut = triangles_of_polygons(vertices, corners, sizes, name, repairs)
     for child in list(element):
         if child.tag in (f"{space}vcount", f"{space}p"):
             element.remove(child)

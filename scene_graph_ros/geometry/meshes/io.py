@@ -6,6 +6,7 @@ with its transform applied. The unit that a COLLADA file states is applied; its 
 as in RViz.
 """
 
+from collections.abc import Callable
 import importlib.util
 import io
 import os
@@ -36,6 +37,7 @@ from scene_graph_ros.geometry.meshes.promises import (
     MAX_CORNERS,
 )
 from scene_graph_ros.geometry.meshes.scene_colors import scene_colors, scene_pictures
+from scene_graph_ros.geometry.meshes.solids.mesh_report import Repair
 from scene_graph_ros.geometry.meshes.stl_file import parse_stl
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.spatial.sums import determinant, moved
@@ -53,7 +55,13 @@ __all__ = [
     "read_mesh_contents",
 ]
 
-_OWN = {"obj": parse_obj, "off": parse_off, "stl": parse_stl}
+Triangulation = tuple[np.ndarray, np.ndarray]
+
+_OWN: dict[str, Callable[[bytes, str, list[Repair]], Triangulation]] = {
+    "obj": parse_obj,
+    "off": parse_off,
+    "stl": lambda contents, name, repairs: parse_stl(contents, name),  # it has triangles alone
+}
 """What is read here, and has no colours in the file itself."""
 
 _BY_TRIMESH = frozenset({"dae", "glb", "gltf"})
@@ -65,7 +73,6 @@ VOLUME_FILE_TYPES = ("vtk", "vtu")
 MESH_FILE_TYPES = tuple(sorted((*_BY_TRIMESH, *VOLUME_FILE_TYPES, *_OWN, "ply")))
 """Suffixes of all files that can be read, without the dot."""
 
-Triangulation = tuple[np.ndarray, np.ndarray]
 FilesRead = tuple[tuple[Path, FileMark], ...]
 """Files by the paths under which they are named, and which they were when they were read."""
 
@@ -83,6 +90,8 @@ class ColoredMesh(NamedTuple):
     """None for OBJ as well."""
     files: FilesRead = ()
     """The mesh's file and the buffers that it names; none of a mesh from memory."""
+    repairs: tuple[Repair, ...] = ()
+    """What of the file was put right to have triangles."""
 
 
 def read_mesh(path: str | os.PathLike[str]) -> Triangulation:
@@ -155,15 +164,16 @@ def read_colored_mesh(contents: bytes, file_type: str, *, name: str) -> ColoredM
     """Read a mesh as ``read_mesh_contents`` does, with what the file says of its look."""
     file_type = file_type.lower().lstrip(".")
     check_is_there(contents, name)
+    repairs: list[Repair] = []
     if file_type == "ply":
         check_promises(contents, file_type, name)
-        vertices, triangles, colors = parse_ply(contents, name)
-        return ColoredMesh(*checked_mesh(vertices, triangles, name), colors)
-    if file_type in _OWN:
-        return ColoredMesh(*checked_mesh(*_OWN[file_type](contents, name), name))
-    mesh = _read_by_trimesh(contents, file_type, name)
+        mesh = ColoredMesh(*parse_ply(contents, name, repairs))
+    elif file_type in _OWN:
+        mesh = ColoredMesh(*_OWN[file_type](contents, name, repairs))
+    else:
+        mesh = _read_by_trimesh(contents, file_type, name, repairs)
     vertices, triangles = checked_mesh(mesh.vertices, mesh.triangles, name)
-    return mesh._replace(vertices=vertices, triangles=triangles)
+    return mesh._replace(vertices=vertices, triangles=triangles, repairs=tuple(repairs))
 
 
 def checked_mesh(vertices: Any, triangles: Any, name: str) -> Triangulation:
@@ -200,7 +210,9 @@ def _copied(array: Any, dtype: Any, label: str) -> np.ndarray:
     return result
 
 
-def _read_by_trimesh(contents: bytes, file_type: str, name: str) -> ColoredMesh:
+def _read_by_trimesh(
+    contents: bytes, file_type: str, name: str, repairs: list[Repair]
+) -> ColoredMesh:
     if file_type not in _BY_TRIMESH:
         known = ", ".join(MESH_FILE_TYPES)
         raise MeshError(f"{name}: no reader for {quoted(file_type)}; known are {known}")
@@ -219,7 +231,7 @@ def _read_by_trimesh(contents: bytes, file_type: str, name: str) -> ColoredMesh:
             contents, file_type = plain_gltf(contents, file_type, name), "glb"
             contents = without_images(contents, file_type)
         elif file_type == "dae":
-            contents = with_triangles(contents, name)
+            contents = with_triangles(contents, name, repairs)
         # What is not finite is refused where all meshes are checked.
         with np.errstate(all="ignore"):
             scene = trimesh.load(

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.polygons import triangles_of_polygons
 from scene_graph_ros.geometry.meshes.promises import MAX_CORNERS
+from scene_graph_ros.geometry.meshes.solids.mesh_report import Repair
 from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = ["obj_faces", "obj_lines", "obj_objects", "parse_obj"]
@@ -19,16 +20,19 @@ __all__ = ["obj_faces", "obj_lines", "obj_objects", "parse_obj"]
 Arrays = tuple[NDArray[np.float64], NDArray[np.int64]]
 
 
-def parse_obj(contents: bytes, name: str) -> Arrays:
+def parse_obj(contents: bytes, name: str, repairs: list[Repair]) -> Arrays:
     """Return vertices (n, 3) and triangles (m, 3); see ``obj_faces``."""
-    vertices, corners, cut = obj_faces(contents, name)
+    vertices, corners, cut = obj_faces(contents, name, repairs)
     return vertices, corners[cut]
 
 
-def obj_faces(contents: bytes, name: str) -> tuple[*Arrays, NDArray[np.int64]]:
+def obj_faces(
+    contents: bytes, name: str, repairs: list[Repair]
+) -> tuple[*Arrays, NDArray[np.int64]]:
     """Return vertices (n, 3), the corners (c,) of all faces, and triangles of these (m, 3).
 
     The triangles are places among the corners, face after face; the rest of the file is skipped.
+    ``repairs`` gets what was put right.
 
     Raises MeshError with the line for what is no number or no index of a vertex, or more than
     MAX_CORNERS of either.
@@ -52,7 +56,7 @@ def obj_faces(contents: bytes, name: str) -> tuple[*Arrays, NDArray[np.int64]]:
     vertices = vertices.reshape(-1, 3)
     places = np.frombuffer(corners, dtype=np.int64)
     _check_indices(places, len(vertices), name)
-    cut = triangles_of_polygons(vertices, places, np.frombuffer(sizes, np.int64))
+    cut = triangles_of_polygons(vertices, places, np.frombuffer(sizes, np.int64), name, repairs)
     return vertices, places, cut
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.polygons import triangles_of_polygons
 from scene_graph_ros.geometry.meshes.promises import MAX_CORNERS
+from scene_graph_ros.geometry.meshes.solids.mesh_report import Repair
 from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = ["parse_off"]
@@ -17,8 +18,12 @@ __all__ = ["parse_off"]
 _HEADER = re.compile(rb"^(ST)?(C)?(N)?OFF\b")
 
 
-def parse_off(contents: bytes, name: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def parse_off(
+    contents: bytes, name: str, repairs: list[Repair]
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Return vertices (n, 3) and triangles (m, 3); normals, colours and edges are skipped.
+
+    ``repairs`` gets what was put right.
 
     Raises:
         MeshError: the file is not OFF in words of three dimensions, ends too early, or a face
@@ -59,5 +64,5 @@ def parse_off(contents: bytes, name: str) -> tuple[NDArray[np.float64], NDArray[
     except (IndexError, ValueError) as error:
         raise MeshError(f"{name}: line {number}: unreadable off: {quoted(error)}") from error
     flat = np.array(corners, dtype=np.int64)
-    cut = triangles_of_polygons(vertices, flat, np.array(sizes, dtype=np.int64))
+    cut = triangles_of_polygons(vertices, flat, np.array(sizes, dtype=np.int64), name, repairs)
     return vertices, flat[cut]

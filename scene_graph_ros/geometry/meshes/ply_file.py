@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.polygons import triangles_of_polygons
 from scene_graph_ros.geometry.meshes.promises import MAX_CORNERS
+from scene_graph_ros.geometry.meshes.solids.mesh_report import Repair
 from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = ["parse_ply"]
@@ -48,11 +49,12 @@ class _Table(NamedTuple):
 
 
 def parse_ply(
-    contents: bytes, name: str
+    contents: bytes, name: str, repairs: list[Repair]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64] | None]:
     """Return vertices (n, 3), triangles (m, 3) and their colours (m, 3), 0 to 1, or None.
 
-    A triangle has the colour of its face, or else the mean of its corners'.
+    A triangle has the colour of its face, or else the mean of its corners'. ``repairs`` gets what
+    was put right.
 
     Raises:
         MeshError: the file is not PLY, ends too early or is longer than its header says, or a face
@@ -62,7 +64,7 @@ def parse_ply(
     try:
         elements, order, body = _header(contents)
         tables = _body(elements, order, body)
-        return _mesh(tables)
+        return _mesh(tables, name, repairs)
     except (ArithmeticError, LookupError, TypeError, ValueError) as error:
         if isinstance(error, MeshError):
             raise
@@ -206,7 +208,7 @@ def _text_table(element: _Element, numbers: NDArray[Any], row: int) -> tuple[_Ta
 
 
 def _mesh(
-    tables: dict[str, _Table],
+    tables: dict[str, _Table], name: str, repairs: list[Repair]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64] | None]:
     if "tristrips" in tables:
         raise ValueError("strips of triangles are not read: export it with faces")
@@ -227,7 +229,7 @@ def _mesh(
     # What has less than three corners is no face.
     is_face = sizes > 2
     corners = corners[np.repeat(is_face, sizes)]
-    cut = triangles_of_polygons(vertices, corners, sizes[is_face])
+    cut = triangles_of_polygons(vertices, corners, sizes[is_face], name, repairs)
     triangles = corners[cut]
     of_faces, of_vertices = _colors(faces.columns), _colors(points)
     if of_faces is not None:

@@ -27,7 +27,7 @@ from scene_graph_ros.geometry.meshes.io import (
     read_file_marked,
     VOLUME_FILE_TYPES,
 )
-from scene_graph_ros.geometry.meshes.solids.mesh_report import MeshReport, PiecesReport
+from scene_graph_ros.geometry.meshes.solids.mesh_report import MeshReport, PiecesReport, Repair
 from scene_graph_ros.geometry.meshes.surfaces import (
     build_surface,
     is_convex_surface,
@@ -215,14 +215,26 @@ def surface_of(shape: MeshShape) -> Surface:
         tolerance = shape.repair_tolerance
         digest = hashlib.blake2b(vertices.tobytes() + triangles.tobytes(), digest_size=16).digest()
         # By contents as well: uniting parts may take seconds, and files are copied.
-        return _built.get(
+        surface = _built.get(
             (digest, len(vertices), tolerance),
             lambda: build_surface(
                 vertices, triangles, name=_name(shape), repair_tolerance=tolerance
             ),
         )
+        of_file = _repairs_of_file(shape)
+        if not of_file:
+            return surface
+        report = replace(surface.report, repairs=(*of_file, *surface.report.repairs))
+        return surface._replace(report=report)
 
     return _surfaces.get(source_identity(shape), build)
+
+
+def _repairs_of_file(shape: MeshShape) -> tuple[Repair, ...]:
+    """Return what reading put right, in G."""
+    repairs = _raw.get(shape.source_key, lambda: _read(shape)).repairs
+    scale = np.array(shape.scale)
+    return tuple(replace(r, point=tuple((scale * r.point).tolist())) for r in repairs)
 
 
 def _surface_of_pieces(shape: MeshShape) -> Surface:

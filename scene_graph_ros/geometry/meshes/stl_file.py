@@ -50,6 +50,11 @@ def _is_text(contents: bytes) -> bool:
 
 def _binary(contents: bytes, count: int, name: str) -> NDArray[np.float64]:
     if len(contents) < _HEAD + _RECORD.itemsize * count or len(contents) < _HEAD:
+        if b"\0" not in contents[:4096]:
+            raise MeshError(
+                f"{name}: unreadable stl: it has no facets in words, and is too short for a binary"
+                " one"
+            )
         raise MeshError(
             f"{name}: unreadable stl: it ends before its last triangle, of {count} that it states"
         )

@@ -60,8 +60,9 @@ def tetrahedralize(surface: Surface, edge: float | None, name: str) -> VolumeMes
 
     """
     if not surface.is_closed:
+        why = f" ({surface.report.reason})" if surface.report.reason else ""
         raise MeshError(
-            f"{name} is not closed, so it has no inside to fill with tetrahedra: {_REMEDY}"
+            f"{name} is not closed{why}, so it has no inside to fill with tetrahedra: {_REMEDY}"
         )
     if importlib.util.find_spec("pytetwild") is None:
         raise MeshError(f"{name} is not convex: {_REMEDY}")

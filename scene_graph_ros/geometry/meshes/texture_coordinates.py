@@ -99,7 +99,7 @@ def _of_obj(contents: bytes, name: str) -> Coordinates:
         except ValueError as error:
             raise MeshError(f"{name}: line {number}: {error}") from error
     table = np.append(np.frombuffer(points, np.float64), (np.nan, np.nan)).reshape(-1, 2)
-    rows = np.frombuffer(corners, np.int64)[obj_faces(contents, name)[2]]
+    rows = np.frombuffer(corners, np.int64)[obj_faces(contents, name, [])[2]]
     rows = np.where((rows >= 0) & (rows < len(table) - 1), rows, len(table) - 1)
     return table[rows]
 
@@ -120,7 +120,7 @@ def _by_trimesh(contents: bytes, file_type: str) -> Coordinates:
     import trimesh
 
     if file_type == "dae":
-        contents = with_triangles(contents, "COLLADA")
+        contents = with_triangles(contents, "COLLADA", [])
     else:
         contents, file_type = plain_gltf(contents, file_type, "glTF"), "glb"
         contents = without_images(contents, file_type)

@@ -10,12 +10,15 @@ from scene_graph_ros.geometry.errors import DeformableError
 from scene_graph_ros.geometry.meshes.cache import BuildCache
 from scene_graph_ros.geometry.model.deformable import Deformable, DEFORMABLE_GROUP
 from scene_graph_ros.geometry.model.instance import GeometryInstance
-from scene_graph_ros.geometry.model.properties import GeometryProperties
+from scene_graph_ros.geometry.model.mesh_properties import check_solid, mesh_meant
+from scene_graph_ros.geometry.model.properties import GeometryProperties, ProximityProperties
+from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.geometry.shapes.box import Box
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
+from scene_graph_ros.geometry.shapes.shape import Shape
 
 if TYPE_CHECKING:
     from scene_graph_ros.geometry.meshes.volume_mesh import VolumeMesh
@@ -33,7 +36,8 @@ def make_deformable(
     """Return the deformable that an instance on the world frame stands for.
 
     Raises DeformableError for a half space, a hint that is no positive length, or a mesh that is
-    no VolumeMesh or comes with a hint; MeshError if the shape cannot be divided into tetrahedra.
+    no VolumeMesh or comes with a hint; MeshError if the shape cannot be divided into tetrahedra;
+    PropertyError for proximity properties that say nothing of a mesh.
     """
     from scene_graph_ros.geometry.meshes.volume_mesh import VolumeMesh
 
@@ -70,13 +74,26 @@ def read_embedded_meshes(roles: Iterable[GeometryProperties | None]) -> None:
             read_embedded_mesh(properties)
 
 
+def _shape_meant(instance: GeometryInstance) -> Shape:
+    """Return the shape, a mesh as the proximity properties say: repaired, in pieces, a solid.
+
+    Raises MeshError for one that must be a solid and is none, PropertyError.
+    """
+    properties = instance.properties(Role.PROXIMITY)
+    if not isinstance(properties, ProximityProperties):
+        return instance.shape()
+    shape: Shape = mesh_meant(instance.shape(), properties)
+    check_solid(shape, properties, instance.name())
+    return shape
+
+
 def _tessellated(instance: GeometryInstance, hint: float | None, label: str) -> VolumeMesh:
     """Return the reference mesh of a shape; see SceneGraph.register_deformable_geometry.
 
     The tessellators make as few tetrahedra as represent a shape and its depth. To deform, it needs
     more: a box becomes a grid, and inside other shapes edges longer than twice the hint are cut.
     """
-    shape = instance.shape()
+    shape = _shape_meant(instance)
     if shape.kind == ShapeKind.HALF_SPACE:
         raise DeformableError(f"{label}: a half space has no end, and so no volume mesh")
     from scene_graph_ros.geometry.meshes.box_grid import grid_box

@@ -68,7 +68,7 @@ def query_of(mesh, ball, radius=0.5, **values):
 
 
 OBJ = Mesh(contents=angle(), file_type="obj")
-L_POINTS, L_FACES = parse_obj(angle().encode(), "L")
+L_POINTS, L_FACES = parse_obj(angle().encode(), "L", [])
 
 
 @pytest.mark.parametrize("word", ["objects", "coacd"])

@@ -1,0 +1,64 @@
+"""Meshes of real robots: what they mean by winding numbers, and their hulls."""
+
+from mesh_distances import signed_distances
+import numpy as np
+import pytest
+from robot_files import disagreements, robot_meshes
+from searching import times
+
+from scene_graph_ros.geometry import Mesh
+from scene_graph_ros.geometry.errors import MeshError
+from scene_graph_ros.geometry.meshes.sources import load_surface, surface_of
+from scene_graph_ros.geometry.tables.shape_table import build_shape_table
+from scene_graph_ros.scene_files.packages import find_package
+
+SAMPLE = 8
+"""Files in a run of all tests, drawn from those of a moderate size; `make search` has them all."""
+
+MODERATE = 150_000
+"""Bytes: such a file takes a tenth of a second."""
+
+
+def sampled_files():
+    """Return the files that are tried."""
+    files = robot_meshes()
+    if times(1) > 1:
+        return files
+    moderate = [file for file in files if file.stat().st_size < MODERATE]
+    chosen = np.random.default_rng(4).permutation(len(moderate))[:SAMPLE]
+    return [moderate[k] for k in chosen]
+
+
+@pytest.mark.search
+def test_meshes_of_robots_have_the_sides_of_their_winding_numbers():
+    """By solid angles of the file's own triangles, joined and oriented by other code than ours."""
+    rng = np.random.default_rng(4)
+    compared = 0
+    for path in sampled_files():
+        mesh = Mesh(path)
+        try:
+            vertices, triangles = load_surface(mesh)
+            surface = surface_of(mesh)
+        except MeshError:
+            continue  # a file of the set has no vertices
+        bad = disagreements(
+            rng, surface, vertices, triangles, lambda q, mesh=mesh: signed_distances(mesh, q)
+        )
+        compared += bad is not None
+        assert bad is None or not len(bad), (path, bad[0], str(surface.report))
+    assert compared >= SAMPLE // 2
+
+
+def test_real_collision_meshes_are_read():
+    """The Panda's and the UR5's collision meshes have hulls around all of their vertices."""
+    root = find_package("example-robot-data") / "robots"
+    files = sorted((root / "panda_description").rglob("collision/*.*"))
+    files += sorted((root / "ur_description" / "meshes" / "ur5" / "collision").glob("*.*"))
+    files = [f for f in files if f.suffix.lower() in (".stl", ".obj", ".dae")]
+    assert len(files) > 10
+    for file in files:
+        table = build_shape_table([Mesh(file)], [True])
+        hulls, surfaces = table.hulls, table.surfaces
+        assert 0.01 < table.scale[0] < 2.0, file
+        heights = surfaces.vertices @ hulls.face_normals.T - hulls.face_offsets
+        assert heights.max() <= 1e-12 * table.scale[0], file
