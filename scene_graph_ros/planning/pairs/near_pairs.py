@@ -112,6 +112,7 @@ def near_pairs_at(plan: CheckerPlan, q: NDArray[np.float64], influence: float) -
     table, count = desk.table, desk.count.item()
     gradients = table.gradients[:count]
     jacobians = gradients @ plan.tree.velocity_map(q[0]) if desk.is_mapped else gradients.copy()
+    jacobians[:, plan.other_positions] = 0.0
     return NearPairs(table.rows[:count].copy(), table.distances[:count].copy(), jacobians, plan)
 
 
@@ -134,6 +135,7 @@ def near_rows(plan: CheckerPlan, q: NDArray[np.float64], influence: float) -> Ne
             gradients = np.concatenate([part @ tree.velocity_map(at) for part, at in shares])
         else:
             gradients = gradients.copy()
+        gradients[:, plan.other_positions] = 0.0
         parts.append((table.rows[:count].copy(), table.distances[:count].copy(), gradients))
         done += taken
     if len(parts) == 1:
