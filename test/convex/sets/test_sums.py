@@ -7,6 +7,10 @@ import pytest
 
 from scene_graph_ros.convex.solve.nearest.nearest_by_ascent import nearest_by_ascent
 from scene_graph_ros.geometry.optimization import (
+    CartesianProduct,
+    ConvexSetError,
+    GraphOfConvexSets,
+    GraphOfConvexSetsOptions,
     HPolyhedron,
     Hyperellipsoid,
     MinkowskiSum,
@@ -82,3 +86,34 @@ def test_sums_in_sums_have_the_same_points():
         assert whole.intersects_with(touching)
     assert not whole.intersects_with(HPolyhedron.make_box([4.0 + 1e-12, 3], [5, 4]))
     assert not MinkowskiSum([square, VPolytope(np.zeros((0, 2)))]).intersects_with(square)
+
+
+def test_products_take_their_map_by_position():
+    """As the reference's constructor: sets, A, b; two sets are sets as before."""
+    sets, A, b = [Point([1.0]), HPolyhedron.make_box([0.0], [1.0])], 2.0 * np.eye(2), [0.5, 0.0]
+    for made in (
+        CartesianProduct(sets, A, b),
+        CartesianProduct(sets, A, b=b),
+        CartesianProduct(sets, A.tolist(), np.array(b)),
+    ):
+        np.testing.assert_array_equal(made.A, A)
+        np.testing.assert_array_equal(made.b, b)
+        assert made.point_in_set([0.25, 0.5])
+    assert CartesianProduct(*sets).num_factors() == 2
+    with pytest.raises(ConvexSetError, match="A is given twice"):
+        CartesianProduct(sets, A, A=A)
+    with pytest.raises(ConvexSetError, match="A and b belong together"):
+        CartesianProduct(sets, "A")
+
+
+def test_a_relaxation_without_paths_says_so():
+    """Without rounding there is no path, so no success; the relaxation is there."""
+    graph = GraphOfConvexSets()
+    source, target = graph.add_vertex(Point([0.0])), graph.add_vertex(Point([1.0]))
+    edge = graph.add_edge(source, target)
+    edge.add_cost(3.0 + 0.0 * edge.xu[0])
+    options = GraphOfConvexSetsOptions(convex_relaxation=True, max_rounded_paths=0)
+    found = graph.solve_shortest_path(source, target, options)
+    assert not found.is_success
+    assert found.reason == "no path was drawn: the relaxation alone was solved"
+    assert found.relaxation_cost == pytest.approx(3.0, abs=1e-6)
