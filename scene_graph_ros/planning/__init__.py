@@ -81,6 +81,10 @@ if TYPE_CHECKING:
         InverseKinematicsError,
         PoseTarget,
     )
+    from scene_graph_ros.planning.optimal_control.collocation_constraint import (
+        add_direct_collocation_constraint,
+        DirectCollocationConstraint,
+    )
     from scene_graph_ros.planning.optimal_control.direct_collocation import DirectCollocation
     from scene_graph_ros.planning.optimal_control.direct_transcription import DirectTranscription
     from scene_graph_ros.planning.optimal_control.dynamics import Dynamics
@@ -161,6 +165,7 @@ __all__ = [
     "CspaceFreePolytope",
     "DiagramBuiltError",
     "DirectCollocation",
+    "DirectCollocationConstraint",
     "DirectTranscription",
     "DistanceAndInterpolationProvider",
     "DistanceCertificate",
@@ -228,6 +233,7 @@ __all__ = [
     "UnimplementedCollisionChecker",
     "ZmpPlanner",
     "ZmpPlannerError",
+    "add_direct_collocation_constraint",
     "build_roadmap",
     "certify_by_distances",
     "get_continuous_revolute_joint_indices",
@@ -303,6 +309,10 @@ _MODULES = {
         "inverse_kinematics",
     ),
     "planning.ik.pose_target": ("InverseKinematicsError", "PoseTarget"),
+    "planning.optimal_control.collocation_constraint": (
+        "DirectCollocationConstraint",
+        "add_direct_collocation_constraint",
+    ),
     "planning.optimal_control.direct_collocation": ("DirectCollocation",),
     "planning.optimal_control.direct_transcription": ("DirectTranscription",),
     "planning.optimal_control.dynamics": ("Dynamics",),

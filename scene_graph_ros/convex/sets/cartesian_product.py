@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, Literal, overload
 
 import numpy as np
@@ -21,10 +21,16 @@ from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
 from scene_graph_ros.convex.sets.hyperellipsoid import Hyperellipsoid
 from scene_graph_ros.convex.sets.members import as_members, member
 from scene_graph_ros.convex.solve.cones.lift import equations, joined, Lift
-from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
+from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.tolerances import EPSILON
 
 __all__ = ["CartesianProduct"]
+
+
+def _is_map(sets: Any, other: Any) -> bool:
+    """Tell whether sets come with a map A by position, and not with another set."""
+    is_list = isinstance(sets, Sequence) and not isinstance(sets, (str, bytes))
+    return is_list and not (other is None or isinstance(other, (ConvexSet, GeometryId)))
 
 
 class CartesianProduct(ConvexSet):
@@ -34,7 +40,7 @@ class CartesianProduct(ConvexSet):
     next to nothing of flat sets in floats: their product is then empty, exactly, and points are
     in it to a tolerance.
 
-    ``CartesianProduct(sets)``, ``CartesianProduct(set, set)``, ``CartesianProduct(sets, A=, b=)``,
+    ``CartesianProduct(sets)``, ``CartesianProduct(set, set)``, ``CartesianProduct(sets, A, b)``,
     and ``CartesianProduct(query, geometry_id, reference_frame=None)`` for a registered cylinder: a
     disc and a segment.
     """
@@ -42,21 +48,26 @@ class CartesianProduct(ConvexSet):
     def __init__(
         self,
         sets: Any = (),
-        other: ConvexSet | GeometryId | None = None,
-        reference_frame: FrameId | None = None,
+        other: Any = None,
+        reference_frame: Any = None,
         *,
         A: Any = None,
         b: Any = None,
     ) -> None:
         """Take sets or a geometry. Raises ConvexSetError unless A has full column rank."""
         if is_query(sets):
-            shape, X_FG = placed_shape(sets, other, reference_frame)  # type: ignore[arg-type]
+            shape, X_FG = placed_shape(sets, other, reference_frame)
             radius, half = cylinder_of(shape, "CartesianProduct")
             disc = Hyperellipsoid.make_hypersphere(radius, np.zeros(2))
             self._factors: tuple[ConvexSet, ...] = (disc, HPolyhedron.make_box([-half], [half]))
             A, b = X_FG[:3, :3].T, -X_FG[:3, :3].T @ X_FG[:3, 3]
         else:
-            self._factors = as_members(sets, other, "CartesianProduct")  # type: ignore[arg-type]
+            if _is_map(sets, other):
+                if A is not None:
+                    raise ConvexSetError("CartesianProduct: A is given twice, also by its name")
+                A, other = other, None
+                b = reference_frame if b is None else b
+            self._factors = as_members(sets, other, "CartesianProduct")
         inner = sum(factor.ambient_dimension for factor in self._factors)
         self._A, self._b = _map(A, b, inner)
         super().__init__(inner if self._A is None else self._A.shape[1])

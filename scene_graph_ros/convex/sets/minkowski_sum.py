@@ -23,6 +23,23 @@ from scene_graph_ros.geometry.tolerances import EPSILON
 __all__ = ["MinkowskiSum"]
 
 
+def _by_other_variables(lift: Lift, n: int) -> tuple[np.ndarray, Lift]:
+    """Return what gives a set's points ``(n, v)`` from variables, and the lift of the latter."""
+    own = np.arange(lift.num_variables) < n
+    is_given = (
+        len(lift.E) >= n
+        and not lift.cones
+        and not lift.f[:n].any()
+        and (lift.E[:n, own] == np.eye(n)).all()
+        and not lift.E[n:, own].any()
+        and not lift.A[:, own].any()
+    )
+    if not is_given:
+        return np.eye(n, lift.num_variables), lift
+    rest = Lift(lift.E[n:, ~own], lift.f[n:], lift.A[:, ~own], lift.b)
+    return -lift.E[:n, ~own], rest
+
+
 class MinkowskiSum(ConvexSet):
     """All ``x_1 + x_2 + ...`` of points of ``sets``, or of two sets; {0} without any.
 
@@ -80,14 +97,19 @@ class MinkowskiSum(ConvexSet):
         return total
 
     def lift(self) -> Lift:
-        """Return ``x - x_1 - x_2 - ... = 0`` and the rows of each."""
-        n, lifts = self.ambient_dimension, [term.lift() for term in self._terms]
-        total = n + sum(lift.num_variables for lift in lifts)
+        """Return ``x - x_1 - x_2 - ... = 0`` and the rows of each.
+
+        Where a term's equations give x_k by its other variables, as weights of points do, these
+        stand for it.
+        """
+        n = self.ambient_dimension
+        parts = [_by_other_variables(term.lift(), n) for term in self._terms]
+        total = n + sum(lift.num_variables for _, lift in parts)
         E = np.zeros((n, total))
         E[:, :n] = np.eye(n)
         placed, first = [], n
-        for lift in lifts:
-            E[:, first : first + n] = -np.eye(n)
+        for map_, lift in parts:
+            E[:, first : first + map_.shape[1]] = -map_
             placed.append(lift.placed(np.arange(first, first + lift.num_variables), total))
             first += lift.num_variables
         return joined([equations(E, np.zeros(n)), *placed])

@@ -76,8 +76,9 @@ def compute_pairwise_intersections(
 
     Set i of A, moved by the offset, meets set j of B: whole turns of the joints that turn without
     an end, 0 elsewhere. Without ``convex_sets_B`` the sets of A are compared with each other, and
-    both (i, j) and (j, i) are there. Sets whose boxes are apart are not asked; for others, that of
-    boxes and points is a comparison, of the rest an exact decision (`ConvexSet.intersects_with`).
+    both (i, j) and (j, i) are there; joints may then come second, as whole numbers. Sets whose
+    boxes are apart are not asked; for others, that of boxes and points is a comparison, of the
+    rest an exact decision (`ConvexSet.intersects_with`).
 
     ``bboxes_A`` and ``bboxes_B`` are boxes around the sets, which otherwise are computed. Raises
     ConvexSetError for sets that are empty or unbounded, of different dimensions, or as wide as pi
@@ -87,7 +88,14 @@ def compute_pairwise_intersections(
     """
     label = "compute_pairwise_intersections"
     A = _checked(convex_sets_A, f"{label}: convex_sets_A")
+    if _are_joints(convex_sets_B) and not len(continuous_revolute_joints):
+        convex_sets_B, continuous_revolute_joints = None, convex_sets_B  # type: ignore[assignment]
     is_one_list = convex_sets_B is None
+    if not is_one_list and not len(as_list(convex_sets_B, f"{label}: convex_sets_B")):
+        raise ConvexSetError(
+            f"{label}: convex_sets_B must be one set or more, not empty; without joints leave it"
+            " out, as in compute_pairwise_intersections(sets)"
+        )
     B = A if convex_sets_B is None else _checked(convex_sets_B, f"{label}: convex_sets_B")
     n = A[0].ambient_dimension
     if B[0].ambient_dimension != n:
@@ -108,6 +116,14 @@ def compute_pairwise_intersections(
         pairs = np.stack([pairs, pairs[:, ::-1]], axis=1).reshape(2 * len(pairs), 2)
         offsets = np.stack([offsets, 0.0 - offsets], axis=1).reshape(len(pairs), n)
     return [(i, j) for i, j in pairs.tolist()], list(offsets)
+
+
+def _are_joints(values: Any) -> bool:
+    """Tell whether these are whole numbers, and at least one."""
+    is_list = isinstance(values, (list, tuple, np.ndarray)) and len(values) > 0
+    return is_list and all(
+        isinstance(each, (int, np.integer)) and not isinstance(each, bool) for each in values
+    )
 
 
 def as_joints(joints: Any, dimension: int, label: str) -> list[int]:

@@ -29,8 +29,8 @@ def partition_convex_set(
 
     Along joints that turn without an end, as `GcsTrajectoryOptimization` asks for. Pieces of a set
     are equally wide, and neighbours overlap by ``epsilon`` (rad). What is narrow enough stays as
-    it is. Raises ConvexSetError for sets that are empty or unbounded along such a joint, and
-    unless epsilon is between 0 and pi / 2.
+    it is. Raises ConvexSetError without a set, for sets that are empty or unbounded along such a
+    joint, and unless epsilon is between 0 and pi / 2.
     """
     label = "partition_convex_set"
     overlap = as_float(epsilon)
@@ -43,6 +43,8 @@ def partition_convex_set(
         if isinstance(convex_set, ConvexSet)
         else as_list(convex_set, f"{label}: convex_set")
     )
+    if not given:
+        raise ConvexSetError(f"{label}: convex_set must be a set, or sets, one at least")
     pieces: list[ConvexSet] = []
     for number, each in enumerate(given):
         if not isinstance(each, ConvexSet):

@@ -8,6 +8,7 @@ from typing import Any
 
 from scene_graph_ros.geometry.errors import PropertyError
 from scene_graph_ros.geometry.model.properties import ProximityProperties
+from scene_graph_ros.geometry.property_errors import PropertyValueError
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
 
@@ -45,12 +46,12 @@ def uses_triangles(properties: ProximityProperties) -> bool:
     default = TRIANGLES if in_pieces else CONVEX_HULL
     word = properties.get_property_or_default(MESH_GROUP, REPRESENTATION, default)
     if word not in (CONVEX_HULL, TRIANGLES):
-        raise PropertyError(
+        raise PropertyValueError(
             f"property ({MESH_GROUP!r}, {REPRESENTATION!r}) must be {CONVEX_HULL!r} or"
             f" {TRIANGLES!r}, not {word!r}"
         )
     if in_pieces and word == CONVEX_HULL:
-        raise PropertyError(
+        raise PropertyValueError(
             f"property ({MESH_GROUP!r}, {REPRESENTATION!r}) = {CONVEX_HULL!r} means one hull, and"
             f" ({MESH_GROUP!r}, {PIECES!r}) several: leave one of them out"
         )
@@ -61,11 +62,11 @@ def _number(name: str, value: Any, *, at_least: float | None = None) -> float:
     """Return a finite number above zero, or at least ``at_least`` where that is given."""
     number = as_float(value)
     if number is None:
-        raise PropertyError(f"{name} must be a number, not {quoted(value)}")
+        raise PropertyValueError(f"{name} must be a number, not {quoted(value)}")
     accepted = number > 0.0 if at_least is None else number >= at_least
     if not math.isfinite(number) or not accepted:
         bound = "positive" if at_least is None else f"at least {at_least:g}"
-        raise PropertyError(f"{name} must be finite and {bound}, not {quoted(value)}")
+        raise PropertyValueError(f"{name} must be finite and {bound}, not {quoted(value)}")
     return number
 
 
@@ -83,7 +84,9 @@ def _compliance(
 def _add_all(properties: Any, group: str, values: Mapping[str, Any]) -> None:
     """Add every property or, if there is one of them already, none."""
     if not isinstance(properties, ProximityProperties):
-        raise PropertyError(f"contact is a matter of ProximityProperties, not of {properties!r}")
+        raise PropertyValueError(
+            f"contact is a matter of ProximityProperties, not of {properties!r}"
+        )
     for name in values:
         if properties.has_property(group, name):
             old = properties.get_property(group, name)
@@ -157,7 +160,7 @@ def add_contact_material(
     is there already; then nothing is added.
     """
     if (static_friction is None) != (dynamic_friction is None):
-        raise PropertyError(
+        raise PropertyValueError(
             "static_friction and dynamic_friction come together, not"
             f" {static_friction!r} and {dynamic_friction!r}"
         )
@@ -170,7 +173,7 @@ def add_contact_material(
         values["static_friction"] = _number("static_friction", static_friction, at_least=0.0)
         values["dynamic_friction"] = _number("dynamic_friction", dynamic_friction, at_least=0.0)
         if values["dynamic_friction"] > values["static_friction"]:
-            raise PropertyError(
+            raise PropertyValueError(
                 f"dynamic_friction {dynamic_friction!r} must not exceed static_friction"
                 f" {static_friction!r}"
             )

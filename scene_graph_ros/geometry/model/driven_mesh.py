@@ -14,7 +14,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.errors import PropertyError
 from scene_graph_ros.geometry.meshes.sources import load_surface
 from scene_graph_ros.geometry.meshes.surface_mesh import SurfaceMesh
 from scene_graph_ros.geometry.meshes.volume_mesh import VolumeMesh
@@ -25,6 +24,7 @@ from scene_graph_ros.geometry.model.deformable import (
 )
 from scene_graph_ros.geometry.model.derived import derived_of_constant
 from scene_graph_ros.geometry.model.properties import GeometryProperties
+from scene_graph_ros.geometry.property_errors import PropertyValueError
 from scene_graph_ros.geometry.shapes.mesh import Mesh
 
 __all__ = [
@@ -55,7 +55,7 @@ def _embedded_shape(properties: GeometryProperties) -> Mesh | None:
     if value is None or isinstance(value, Mesh):
         return value
     if not isinstance(value, (str, os.PathLike)):
-        raise PropertyError(
+        raise PropertyValueError(
             f"property ({DEFORMABLE_GROUP!r}, {EMBEDDED_MESH!r}) must be the path of a mesh file"
             f" or a Mesh, not {value!r}"
         )

@@ -22,20 +22,23 @@ class GeometrySet:
 
     __slots__ = ("_frame_ids", "_geometry_ids")
 
-    def __init__(self, *ids: Id | Iterable[Id]) -> None:
-        """Take ids, or iterables of ids: ``GeometrySet(frame)``, ``GeometrySet([ball, box])``."""
+    def __init__(self, *ids: Id | Iterable[Id] | GeometrySet) -> None:
+        """Take ids, iterables of ids, or sets: ``GeometrySet(frame)``, ``GeometrySet([ball])``."""
         self._frame_ids: set[FrameId] = set()
         self._geometry_ids: set[GeometryId] = set()
         self.add(*ids)
 
-    def add(self, *ids: Id | Iterable[Id]) -> None:
-        """Add ids, or iterables of ids. Raises UnknownIdError for anything else."""
+    def add(self, *ids: Id | Iterable[Id] | GeometrySet) -> None:
+        """Add ids, iterables of ids, or what sets hold. Raises UnknownIdError for all else."""
         item: Any
         for item in ids:
             if isinstance(item, FrameId):
                 self._frame_ids.add(item)
             elif isinstance(item, GeometryId):
                 self._geometry_ids.add(item)
+            elif isinstance(item, GeometrySet):
+                self._frame_ids |= item._frame_ids
+                self._geometry_ids |= item._geometry_ids
             elif isinstance(item, Iterable) and not isinstance(item, (str, bytes)):
                 self.add(*item)
             else:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 from scene_graph_ros.geometry.errors import PropertyError
 from scene_graph_ros.geometry.model.contact_properties import HYDROELASTIC_GROUP
 from scene_graph_ros.geometry.model.properties import ProximityProperties
+from scene_graph_ros.geometry.property_errors import PropertyValueError
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.shape import Shape
 
@@ -59,7 +60,9 @@ def read_hydroelastic_properties(
         return None
     if word not in [compliance.value for compliance in Compliance]:
         words = ", ".join(repr(compliance.value) for compliance in Compliance)
-        raise PropertyError(f"{_label('compliance_type', name)} must be of {words}, not {word!r}")
+        raise PropertyValueError(
+            f"{_label('compliance_type', name)} must be of {words}, not {word!r}"
+        )
     is_compliant = word == Compliance.COMPLIANT.value
     hint = _number(properties, "resolution_hint", name)
     if hint is None and shape.kind in _CURVED:
@@ -94,9 +97,11 @@ def _number(
     if value is None:
         return None
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise PropertyError(f"{_label(name, geometry)} must be a number, not {value!r}")
+        raise PropertyValueError(f"{_label(name, geometry)} must be a number, not {value!r}")
     number = float(value)
     if not math.isfinite(number) or number < 0.0 or (number == 0.0 and not may_be_zero):
         bound = "at least 0" if may_be_zero else "positive"
-        raise PropertyError(f"{_label(name, geometry)} must be finite and {bound}, not {value!r}")
+        raise PropertyValueError(
+            f"{_label(name, geometry)} must be finite and {bound}, not {value!r}"
+        )
     return number

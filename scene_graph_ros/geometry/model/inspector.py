@@ -204,8 +204,10 @@ class SceneGraphInspector(NotCopied):
         return len(self.frames_for_source(source_id))
 
     def frames_for_source(self, source_id: SourceId) -> list[FrameId]:
-        """Return the frames of a source in the order of their registration."""
-        return list(self._state.source_frames[self._state.require_source(source_id)])
+        """Return a source's frames as registered; the world's is the scene's own source's."""
+        own = self._state.source_frames[self._state.require_source(source_id)]
+        is_worlds = self._state.frames[WORLD_FRAME_ID].source_id == source_id
+        return [WORLD_FRAME_ID, *own] if is_worlds else list(own)
 
     get_frames_for_source = frames_for_source
 
@@ -243,7 +245,7 @@ class SceneGraphInspector(NotCopied):
         return list(self._state.frame_children[self._state.frame(frame_id).id])
 
     def get_frame_group(self, frame_id: FrameId) -> int:
-        """Return the group number of a frame."""
+        """Return the group number of a frame, -1 of the world's: no other has that."""
         return self._state.frame(frame_id).frame_group
 
     def get_frame_id_by_name(self, source_id: SourceId, name: str) -> FrameId:

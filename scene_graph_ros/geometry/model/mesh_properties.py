@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from scene_graph_ros.geometry.errors import MeshError, PropertyError
+from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.sources import report_of
 from scene_graph_ros.geometry.model.contact_properties import MESH_GROUP, PIECES
 from scene_graph_ros.geometry.model.properties import ProximityProperties
+from scene_graph_ros.geometry.property_errors import PropertyValueError
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
@@ -60,13 +61,13 @@ def _pieces(properties: ProximityProperties) -> MeshPieces | None:
     """Return the pieces that properties name. Raises PropertyError for what is none."""
     word = properties.get_property_or_default(MESH_GROUP, PIECES, None)
     if word not in (None, BY_OBJECTS, BY_COACD):
-        raise PropertyError(
+        raise PropertyValueError(
             f"property ({MESH_GROUP!r}, {PIECES!r}) must be {BY_COACD!r} or {BY_OBJECTS!r}, not"
             f" {quoted(word)}"
         )
     for name in (THRESHOLD, SEED):
         if word != BY_COACD and properties.has_property(MESH_GROUP, name):
-            raise PropertyError(
+            raise PropertyValueError(
                 f"property ({MESH_GROUP!r}, {name!r}) comes with ({MESH_GROUP!r}, {PIECES!r}) ="
                 f" {BY_COACD!r}"
             )
@@ -75,7 +76,7 @@ def _pieces(properties: ProximityProperties) -> MeshPieces | None:
     threshold = _number(properties, THRESHOLD, _DEFAULT_THRESHOLD, _THRESHOLDS)
     seed = properties.get_property_or_default(MESH_GROUP, SEED, 0)
     if not isinstance(seed, int) or isinstance(seed, bool) or not 0 <= seed <= _LARGEST_SEED:
-        raise PropertyError(
+        raise PropertyValueError(
             f"property ({MESH_GROUP!r}, {SEED!r}) must be a whole number from 0 to"
             f" {_LARGEST_SEED}, not {quoted(seed)}"
         )
@@ -93,7 +94,7 @@ def _number(
     number = as_float(default if value is None else value)
     low, high = bounds
     if number is None or not low <= number <= high:
-        raise PropertyError(
+        raise PropertyValueError(
             f"property ({MESH_GROUP!r}, {name!r}) must be a number from {low:g} to {high:g}, a"
             f" part of the mesh's size, not {quoted(value)}"
         )
@@ -107,7 +108,7 @@ def solid_is_required(properties: ProximityProperties) -> bool:
     """
     word = properties.get_property_or_default(MESH_GROUP, SOLID, IF_CLOSED)
     if word not in (REQUIRED, IF_CLOSED):
-        raise PropertyError(
+        raise PropertyValueError(
             f"property ({MESH_GROUP!r}, {SOLID!r}) must be {REQUIRED!r} or {IF_CLOSED!r}, not"
             f" {word!r}"
         )

@@ -16,6 +16,7 @@ from scene_graph_ros.geometry.meshes.triangle_pictures import triangle_pictures
 from scene_graph_ros.geometry.model.properties import GeometryProperties
 from scene_graph_ros.geometry.model.render_label import RenderLabel
 from scene_graph_ros.geometry.model.rgba import Rgba
+from scene_graph_ros.geometry.property_errors import PropertyValueError
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
@@ -75,7 +76,7 @@ def read_perception_properties(properties: GeometryProperties, name: str) -> App
             accepting=_accepting(properties),
         )
     except PropertyError as error:
-        raise PropertyError(f"perception properties of geometry {name!r}: {error}") from error
+        raise PropertyValueError(f"perception properties of geometry {name!r}: {error}") from error
 
 
 def _label(properties: GeometryProperties) -> RenderLabel:
@@ -84,7 +85,7 @@ def _label(properties: GeometryProperties) -> RenderLabel:
         return RenderLabel.DONT_CARE
     label = RenderLabel(value)
     if label.is_reserved() and label not in _LABELS:
-        raise PropertyError(f"('label', 'id') is {label!r}, which no geometry can have")
+        raise PropertyValueError(f"('label', 'id') is {label!r}, which no geometry can have")
     return label
 
 
@@ -94,7 +95,7 @@ def _accepting(properties: GeometryProperties) -> frozenset[str]:
         return frozenset()
     is_list = isinstance(value, (Set, list, tuple))
     if not is_list or not all(isinstance(name, str) for name in value):
-        raise PropertyError(
+        raise PropertyValueError(
             f"('renderer', 'accepting') must be a set of renderers' names, not {quoted(value)}"
         )
     return frozenset(value)
@@ -105,10 +106,12 @@ def picture_of(properties: GeometryProperties) -> Picture | None:
     path = properties.get_property_or_default("phong", "diffuse_map", None)
     if path is None:
         if properties.has_property("phong", "diffuse_scale"):
-            raise PropertyError("('phong', 'diffuse_scale') comes with ('phong', 'diffuse_map')")
+            raise PropertyValueError(
+                "('phong', 'diffuse_scale') comes with ('phong', 'diffuse_map')"
+            )
         return None
     if not isinstance(path, (str, Path)) or not str(path):
-        raise PropertyError(
+        raise PropertyValueError(
             f"('phong', 'diffuse_map') must be the path of an image file, not {quoted(path)}"
         )
     scale = properties.get_property_or_default("phong", "diffuse_scale", None)
@@ -118,7 +121,7 @@ def picture_of(properties: GeometryProperties) -> Picture | None:
         factors = []
     numbers = [f for f in factors if f is not None and math.isfinite(f)]
     if not (len(numbers) == len(factors) == 2 and all(0 < abs(f) <= _MAX_SCALE for f in numbers)):
-        raise PropertyError(
+        raise PropertyValueError(
             "('phong', 'diffuse_scale') must be two numbers that are not 0, of at most"
             f" {_MAX_SCALE:g}, not {quoted(scale)}"
         )
@@ -150,7 +153,7 @@ def check_appearance(
     try:
         _check_picture(shape, look.picture, deforms=deforms)
     except PropertyError as error:
-        raise PropertyError(f"perception properties of geometry {name!r}: {error}") from error
+        raise PropertyValueError(f"perception properties of geometry {name!r}: {error}") from error
 
 
 def check_illustration(
@@ -165,7 +168,9 @@ def check_illustration(
         if picture is not None:
             _check_picture(shape, picture, deforms=deforms)
     except PropertyError as error:
-        raise PropertyError(f"illustration properties of geometry {name!r}: {error}") from error
+        raise PropertyValueError(
+            f"illustration properties of geometry {name!r}: {error}"
+        ) from error
 
 
 def _check_picture(shape: Any, picture: Picture, *, deforms: bool) -> None:
@@ -176,4 +181,4 @@ def _check_picture(shape: Any, picture: Picture, *, deforms: bool) -> None:
         if isinstance(shape, MeshShape):
             texture_coordinates(shape)
     except MeshError as error:
-        raise PropertyError(f"('phong', 'diffuse_map'): {error}") from error
+        raise PropertyValueError(f"('phong', 'diffuse_map'): {error}") from error

@@ -11,6 +11,7 @@ from scene_graph_ros.geometry.errors import PropertyError
 from scene_graph_ros.geometry.model.rgba import Rgba
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.one_line import cut
+from scene_graph_ros.geometry.property_errors import PropertyValueError
 from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = [
@@ -46,7 +47,7 @@ def _check_names(*names: Any) -> None:
     """Raise PropertyError for a name of a group or property that is no text."""
     for name in names:
         if not isinstance(name, str):
-            raise PropertyError(
+            raise PropertyValueError(
                 f"names of groups and properties must be non-empty text, not {quoted(name)}"
             )
 
@@ -104,13 +105,13 @@ class GeometryProperties:
     def _put(self, group_name: str, name: str, value: Any) -> None:
         self._require_writable()
         if not (group_name and name):
-            raise PropertyError(
+            raise PropertyValueError(
                 f"property ({group_name!r}, {name!r}): group and name must be non-empty text"
             )
         try:
             kept = _normalized(value)
         except (TypeError, ValueError, copy.Error) as error:
-            raise PropertyError(
+            raise PropertyValueError(
                 f"property ({group_name!r}, {name!r}): no copy can be kept of {quoted(value)}:"
                 f" {error}"
             ) from error

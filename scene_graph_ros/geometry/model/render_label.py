@@ -5,7 +5,7 @@ from __future__ import annotations
 import operator
 from typing import Any, ClassVar
 
-from scene_graph_ros.geometry.errors import PropertyError
+from scene_graph_ros.geometry.property_errors import PropertyValueError
 from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = ["RenderLabel"]
@@ -33,15 +33,15 @@ class RenderLabel(int):
     def __new__(cls, value: Any) -> RenderLabel:
         """Raise PropertyError unless ``value`` is a whole number from 0 to 32767."""
         if isinstance(value, bool):
-            raise PropertyError(f"a render label must be a whole number, not {quoted(value)}")
+            raise PropertyValueError(f"a render label must be a whole number, not {quoted(value)}")
         try:
             number = operator.index(value)
         except TypeError as error:
-            raise PropertyError(
+            raise PropertyValueError(
                 f"a render label must be a whole number, not {quoted(value)}"
             ) from error
         if not (0 <= number <= cls.MAX_FREE or number in _NAMES):
-            raise PropertyError(
+            raise PropertyValueError(
                 f"a render label must be between 0 and {cls.MAX_FREE}, not {quoted(value)}"
             )
         return super().__new__(cls, number)

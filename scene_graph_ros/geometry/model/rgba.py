@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.errors import PropertyError
 from scene_graph_ros.geometry.one_line import one_line
+from scene_graph_ros.geometry.property_errors import PropertyValueError
 
 __all__ = ["Rgba"]
 
@@ -30,7 +30,7 @@ class Rgba:
             value = getattr(self, channel)
             is_number = isinstance(value, numbers.Real) and not isinstance(value, bool)
             if not is_number or not 0.0 <= value <= 1.0:
-                raise PropertyError(f"Rgba: {channel} must be between 0 and 1, not {value!r}")
+                raise PropertyValueError(f"Rgba: {channel} must be between 0 and 1, not {value!r}")
             object.__setattr__(self, channel, float(value))
 
     @classmethod
@@ -39,13 +39,13 @@ class Rgba:
         if isinstance(value, cls):
             return value
         if isinstance(value, (str, bytes)):
-            raise PropertyError(f"Rgba: not three or four numbers: {value!r}")
+            raise PropertyValueError(f"Rgba: not three or four numbers: {value!r}")
         try:
             channels = [float(channel) for channel in value]
         except (TypeError, ValueError) as error:
-            raise PropertyError(f"Rgba: not three or four numbers: {value!r}") from error
+            raise PropertyValueError(f"Rgba: not three or four numbers: {value!r}") from error
         if len(channels) not in (3, 4):
-            raise PropertyError(f"Rgba: not three or four numbers: {value!r}")
+            raise PropertyValueError(f"Rgba: not three or four numbers: {value!r}")
         return cls(*channels)
 
     def as_array(self) -> NDArray[np.float64]:

@@ -42,6 +42,8 @@ __all__ = ["ROLES", "GeometryState", "new_version"]
 
 ROLES = (Role.PROXIMITY, Role.ILLUSTRATION, Role.PERCEPTION)
 _INTERNAL_SOURCE = SourceId.get_new_id()
+_WORLD_GROUP = -1
+"""Of frames; groups of others are not negative."""
 _versions = itertools.count(1)
 
 
@@ -57,7 +59,9 @@ class GeometryState:
     """
 
     def __init__(self) -> None:
-        world = FrameRecord(WORLD_FRAME_ID, _INTERNAL_SOURCE, WORLD_FRAME_ID, "world", 0)
+        world = FrameRecord(
+            WORLD_FRAME_ID, _INTERNAL_SOURCE, WORLD_FRAME_ID, "world", _WORLD_GROUP
+        )
         self.shared = False
         self.accuracy = Accuracy.EXACT
         self.engine = Engine.NATIVE

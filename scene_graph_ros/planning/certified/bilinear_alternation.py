@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 
 import numpy as np
@@ -78,7 +78,7 @@ def alternate(
         gain = math.expm1(grown.log_volume - inner.log_volume)
         if gain <= 0.0:
             break
-        found.append(after)
+        found.append(replace(after, num_iter=len(found)))
         inner = grown
         if gain <= options.convergence_tol:
             break
@@ -129,18 +129,18 @@ def _round(
     try:
         solutions = []
         for part in parts:
-            solutions.append(plane_for_growth(part))
+            solutions.append(plane_for_growth(part, options.find_lagrangian_options.solver))
             if solutions[-1].clearance <= 0.0:
                 return None
         B = options.ellipsoid_scaling * inner.B
-        C, d = grown_rows(parts, solutions, wide, B, inner.center, options)
+        C, d = grown_rows(parts, solutions, wide, B, inner.center, options.faces)
         d = _not_moved_back(C, d, before.region)
     except SolverError:
         return None
     for step in _STEPS:
         height = C @ inner.center
         sides = height + step * (d - height)
-        for point in options.s_inner_pts:
+        for point in options.faces.s_inner_pts:
             reach = C @ np.array(point)
             sides = np.maximum(sides, reach + _OUTSIDE * (1.0 + np.abs(reach)))
         after = certify(TangentRegion(wide.lower, wide.upper, C, sides))

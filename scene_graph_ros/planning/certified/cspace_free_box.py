@@ -26,6 +26,7 @@ from scene_graph_ros.planning.certified.polytope_certificate import (
     PairFailure,
     PolytopeCertificate,
 )
+from scene_graph_ros.planning.certified.separating_planes import CSpaceSeparatingPlane
 from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
 from scene_graph_ros.planning.parallel.in_executor import AnyExecutor
 
@@ -54,6 +55,16 @@ class CspaceFreeBox:
     def geometry_pairs(self) -> tuple[GeometryPair, ...]:
         """The pairs of geometry ids that need a plane."""
         return self._first.geometry_pairs
+
+    @property
+    def separating_planes(self) -> tuple[CSpaceSeparatingPlane, ...]:
+        """The plane that is to be between each pair; certificates say which is whose."""
+        return self._first.separating_planes
+
+    @property
+    def map_geometries_to_separating_planes(self) -> dict[GeometryPair, int]:
+        """Which of `separating_planes` is between two geometries, by their ids."""
+        return self._first.map_geometries_to_separating_planes
 
     def find_separation_certificate_given_box(
         self,

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scene_graph_ros.convex.solve.cones.solver_choice import SolverChoice
 from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.certified.bilinear_alternation import alternate
@@ -32,8 +33,17 @@ from scene_graph_ros.planning.certified.polytope_certificate import (
 )
 from scene_graph_ros.planning.certified.rational_kinematics import RationalForwardKinematics
 from scene_graph_ros.planning.certified.search_options import (
+    as_given_polytope,
     BilinearAlternationOptions,
     BinarySearchOptions,
+    FindSeparationCertificateOptions,
+)
+from scene_graph_ros.planning.certified.separating_planes import (
+    CSpaceSeparatingPlane,
+    separating_planes,
+)
+from scene_graph_ros.planning.certified.separation_certificate_program import (
+    SeparationCertificateProgram,
 )
 from scene_graph_ros.planning.certified.tangent_region import make_region, TangentRegion
 from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
@@ -86,11 +96,22 @@ class CspaceFreePolytope:
         """The pairs of geometry ids that need a plane."""
         return tuple(self._plan.ids(pair) for pair in range(len(self._plan.pairs.bodies)))
 
+    @property
+    def separating_planes(self) -> tuple[CSpaceSeparatingPlane, ...]:
+        """The plane that is to be between each pair; certificates say which is whose."""
+        return separating_planes(self._checker, self._kinematics)
+
+    @property
+    def map_geometries_to_separating_planes(self) -> dict[GeometryPair, int]:
+        """Which of `separating_planes` is between two geometries, by their ids."""
+        return {pair: index for index, pair in enumerate(self.geometry_pairs)}
+
     def find_separation_certificate_given_polytope(
         self,
         C: ArrayLike,
         d: ArrayLike,
         ignored_collision_pairs: Iterable[GeometryPair] = (),
+        options: FindSeparationCertificateOptions | None = None,
         *,
         terminate_at_failure: bool = True,
         most_clearance: bool = True,
@@ -106,26 +127,61 @@ class CspaceFreePolytope:
 
         Of many joints and points planes that do not move are tried first. Then, with
         ``most_clearance``, the pairs that keep least get the planes that keep most, which costs
-        most of the time there.
+        most of the time there. ``options`` has both switches, too: each is off where either says
+        so.
 
         Raises CertificateError for a polytope that is empty, flat or unbounded, numbers that are
         not finite, pairs that are not checked, and shapes that have no planes.
         """
+        chosen = as_given_polytope(options)
         region = make_region(self._kinematics, C, d)
+        if chosen.ignore_redundant_C:
+            region = region.without_redundant_rows()
         ignored = self._ignored(ignored_collision_pairs)
-        workers = checked_executor(executor)
-        found = self._certify(region, ignored, terminate_at_failure, workers)
-        return _with_most_clearance(found) if most_clearance else found
+        chosen = replace(
+            chosen, terminate_at_failure=chosen.terminate_at_failure and terminate_at_failure
+        )
+        found = self._certify(region, ignored, chosen, checked_executor(executor))
+        is_best = chosen.most_clearance and most_clearance
+        return _with_most_clearance(found, chosen.solver) if is_best else found
 
     def find_pair_certificate(
         self, geometry_pair: GeometryPair, C: ArrayLike, d: ArrayLike
     ) -> PairCertificate | PairFailure:
         """Return what is shown of one pair in ``{s: C s <= d}``. Raises CertificateError."""
+        return self.solve_separation_certificate_program(
+            self.make_is_geometry_separable_program(geometry_pair, C, d)
+        )
+
+    def make_is_geometry_separable_program(
+        self, geometry_pair: GeometryPair, C: ArrayLike, d: ArrayLike
+    ) -> SeparationCertificateProgram:
+        """Return the program that looks for a plane between a pair in ``{s: C s <= d}``.
+
+        Raises CertificateError as `find_separation_certificate_given_polytope`.
+        """
         (ids,) = self._ignored([geometry_pair])
         pair = self._plan.pair_of(*ids)
         assert pair is not None  # as it is a pair that is checked
         region = make_region(self._kinematics, C, d)
-        return certified_pair(self._problems(region).make(pair))
+        return SeparationCertificateProgram(self._problems(region).make(pair))
+
+    def solve_separation_certificate_program(
+        self,
+        certificate_program: SeparationCertificateProgram,
+        options: FindSeparationCertificateOptions | None = None,
+    ) -> PairCertificate | PairFailure:
+        """Return what a program's solution shows, proven in rational numbers, or why nothing.
+
+        Rows and costs that were added to its `prog` have no part in it: solve that by itself.
+        Raises CertificateError for other arguments.
+        """
+        if not isinstance(certificate_program, SeparationCertificateProgram):
+            raise CertificateError(
+                "certificate_program must be a SeparationCertificateProgram, not"
+                f" {quoted(certificate_program)}"
+            )
+        return certified_pair(certificate_program.problem, as_given_polytope(options).solver)
 
     def certify_by_distances(
         self, C: ArrayLike, d: ArrayLike, *, max_boxes: int = 1_000_000, threads: int = 1
@@ -166,27 +222,29 @@ class CspaceFreePolytope:
                 rows,
                 height + scale * (sides - height),
                 pairs,
+                chosen.find_lagrangian_options,
                 most_clearance=False,
                 executor=executor,
             )
 
+        solver = chosen.find_lagrangian_options.solver
         found = at(chosen.scale_max)
         if found.is_success:
-            return _with_most_clearance(found)
+            return _with_most_clearance(found, solver)
         best = at(chosen.scale_min)
         if not best.is_success:
             return None
         low, high = chosen.scale_min, chosen.scale_max
-        for _ in range(chosen.max_iter):
-            if high - low <= chosen.convergence_tol:
-                break
+        rounds = 0
+        while rounds < chosen.max_iter and high - low > chosen.convergence_tol:
+            rounds += 1
             middle = 0.5 * (low + high)
             found = at(middle)
             if found.is_success:
                 low, best = middle, found
             else:
                 high = middle
-        return _with_most_clearance(best)
+        return replace(_with_most_clearance(best, solver), num_iter=rounds)
 
     def search_with_bilinear_alternation(
         self,
@@ -208,19 +266,21 @@ class CspaceFreePolytope:
         workers = checked_executor(executor)
         ignored = self._ignored(ignored_collision_pairs)
         region = make_region(self._kinematics, C_init, d_init)
-        for number, point in enumerate(chosen.s_inner_pts):
+        for number, point in enumerate(chosen.faces.s_inner_pts):
             self._checked_inside(
                 point, np.array(C_init), np.array(d_init), f"s_inner_pts[{number}]"
             )
-        start = self._certify(region, ignored, True, workers)
+        search = as_given_polytope(chosen.find_lagrangian_options)
+        search = replace(search, terminate_at_failure=True)
+        start = self._certify(region, ignored, search, workers)
         if not start.is_success:
             return []
 
         def certify(region: TangentRegion) -> PolytopeCertificate:
-            return self._certify(region, ignored, True, workers)
+            return self._certify(region, ignored, search, workers)
 
         found = alternate(start, self._kinematics.s_limits(), certify, chosen)
-        return [_with_most_clearance(each) for each in found]
+        return [_with_most_clearance(each, search.solver) for each in found]
 
     def _problems(self, region: TangentRegion) -> PairProblems:
         return PairProblems(self._kinematics, self._plan, self._inspector, region)
@@ -229,7 +289,7 @@ class CspaceFreePolytope:
         self,
         region: TangentRegion,
         ignored: frozenset[frozenset[int]],
-        terminate_at_failure: bool,
+        options: FindSeparationCertificateOptions,
         executor: AnyExecutor | None,
     ) -> PolytopeCertificate:
         certificates: dict[GeometryPair, PairCertificate] = {}
@@ -254,14 +314,14 @@ class CspaceFreePolytope:
         problems = self._problems(region)
         batches = [pairs] if executor is not None else [[pair] for pair in pairs]
         for batch in batches:
-            shares = [(problems.make(pair),) for pair in batch]
+            shares = [(problems.make(pair), options.solver) for pair in batch]
             for pair, found in zip(batch, in_executor(first_proof, shares, executor), strict=True):
                 if isinstance(found, PairCertificate):
                     certificates[self._plan.ids(pair)] = found
                 else:
                     failures[self._plan.ids(pair)] = found
                     self._touching_first = (pair,)
-            if failures and terminate_at_failure:
+            if failures and options.terminate_at_failure:
                 break
         return result
 
@@ -310,7 +370,9 @@ class CspaceFreePolytope:
         return s
 
 
-def _with_most_clearance(found: PolytopeCertificate) -> PolytopeCertificate:
+def _with_most_clearance(
+    found: PolytopeCertificate, by: SolverChoice | None
+) -> PolytopeCertificate:
     """Return better certificates of the pairs that keep least, until others keep no more."""
     certificates = dict(found.certificates)
     settled = set()
@@ -318,7 +380,7 @@ def _with_most_clearance(found: PolytopeCertificate) -> PolytopeCertificate:
         least = min(certificates, key=lambda pair: certificates[pair].clearance)
         if least in settled:
             break
-        certificates[least] = better_pair(certificates[least])
+        certificates[least] = better_pair(certificates[least], by)
         settled.add(least)
     return replace(found, certificates=certificates)
 

@@ -17,8 +17,8 @@ from scene_graph_ros.convex.errors import SolverError
 from scene_graph_ros.convex.solve.cones.cone_program import Cone, ConeProgram
 from scene_graph_ros.planning.certified.pair_problem import PairProblem
 from scene_graph_ros.planning.certified.search_options import (
-    BilinearAlternationOptions,
     EllipsoidMarginCost,
+    FindPolytopeGivenLagrangianOptions,
 )
 from scene_graph_ros.planning.certified.separation_program import (
     MovingRows,
@@ -43,13 +43,14 @@ def grown_rows(
     region: TangentRegion,
     B: NDArray[np.float64],
     center: NDArray[np.float64],
-    options: BilinearAlternationOptions,
+    options: FindPolytopeGivenLagrangianOptions,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return rows C ``(m, n)``, of length 1 where they bound something, and sides d ``(m,)``.
 
-    ``{B z + center}`` for all ``|z| <= 1`` stays inside, as do the options' points. Raises
-    SolverError.
+    ``{B z + center}`` for all ``|z| <= 1`` stays inside, as do the options' points. Where some of
+    the cost is given up, planes have the most of what they had. Raises SolverError.
     """
+    clearances = []
     program = ConeProgram()
     m, n = region.C.shape
     C, d = program.variables(m * n).reshape(m, n), program.variables(m)
@@ -61,6 +62,9 @@ def grown_rows(
             [(np.array([0]), np.array([part.clearance]), np.ones(1))],
             np.array([-max(_KEPT_CLEARANCE * solution.clearance, _LEAST_CLEARANCE)]),
         )
+        clearances.append((part.clearance, solution.clearance))
+        if not options.search_s_bounds_lagrangians:
+            part.keep_bounds(solution)
     widest = float(np.linalg.norm(region.upper - region.lower))
     margins = _keep_ellipsoid(program, C, d, B, center, widest)
     for row in range(m):
@@ -71,13 +75,31 @@ def grown_rows(
         program.add_cost(margins, -np.ones(m))
     else:
         _add_geometric_mean(program, margins, options.ellipsoid_margin_epsilon)
-    found = program.solve("the polytope's faces")
-    if not found.is_feasible:
-        raise SolverError("the polytope's faces: the program has no solution, as nearly no room")
-    x = found.x
+    x = _solved(program, options)
+    if options.backoff_scale is not None:
+        best = program.cost_of(x)
+        program.bound_cost(best + options.backoff_scale * abs(best))
+        (least,) = program.variables(1)
+        for clearance, before in clearances:
+            entries = [
+                (np.zeros(1, dtype=np.int64), np.array([clearance]), np.ones(1)),
+                (np.zeros(1, dtype=np.int64), np.array([least]), np.array([-before])),
+            ]
+            program.add_entries(Cone.NONNEGATIVE, entries, np.zeros(1))
+        program.add_cost(np.array([least]), -np.ones(1))
+        x = _solved(program, options)
     lengths = np.linalg.norm(x[C], axis=1)
     kept = lengths > _LEAST_NORMAL
     return x[C][kept] / lengths[kept, np.newaxis], x[d][kept] / lengths[kept]
+
+
+def _solved(
+    program: ConeProgram, options: FindPolytopeGivenLagrangianOptions
+) -> NDArray[np.float64]:
+    found = program.solve("the polytope's faces", by=options.solver)
+    if not found.is_feasible:
+        raise SolverError("the polytope's faces: the program has no solution, as nearly no room")
+    return found.x
 
 
 def _moving_rows(

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
+from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.planning.certified.exact_matrices import (
@@ -20,6 +21,10 @@ from scene_graph_ros.planning.certified.identities import (
     exact_residuals,
     least_values,
     normal_residuals,
+)
+from scene_graph_ros.planning.certified.lagrangians import (
+    AffineFunction,
+    SeparatingPlaneLagrangians,
 )
 from scene_graph_ros.planning.certified.pair_problem import PairProblem
 
@@ -52,6 +57,51 @@ class PairCertificate:
     def distance(self) -> float:
         """Metres: a lower bound of the two geometries' distance, less their padding."""
         return 2.0 * float(self.clearance)
+
+    @property
+    def plane_index(self) -> int:
+        """Which of `CspaceFreePolytope.separating_planes` it is."""
+        return self.problem.plane_index
+
+    @property
+    def a(self) -> AffineFunction:
+        """The plane's normal ``(3,)`` as a function of s, in the frame of its ``expressed_body``.
+
+        Of the two geometries the first is where ``a(s) . x + b(s)`` is at least the clearance, the
+        second where it is at most minus that.
+        """
+        return AffineFunction.of_plane(self.problem, self.plane[:3])
+
+    @property
+    def b(self) -> AffineFunction:
+        """The plane's offset ``(1,)`` as a function of s."""
+        return AffineFunction.of_plane(self.problem, self.plane[3:])
+
+    @property
+    def plane_decision_var_vals(self) -> NDArray[np.float64]:
+        """The coefficients of normal and offset in s ``(4 (nq + 1),)``, each constant first."""
+        parts = [(self.a, k) for k in range(3)] + [(self.b, 0)]
+        rows = [(f.constant[k], *f.factors[k]) for f, k in parts]
+        return np.array(rows, dtype=np.float64).reshape(-1)
+
+    @property
+    def positive_side_rational_lagrangians(self) -> tuple[SeparatingPlaneLagrangians, ...]:
+        """The multipliers of each point of the first geometry, the second is on the other side."""
+        return self._lagrangians(0)
+
+    @property
+    def negative_side_rational_lagrangians(self) -> tuple[SeparatingPlaneLagrangians, ...]:
+        """The multipliers of each point of the second geometry."""
+        return self._lagrangians(1)
+
+    def _lagrangians(self, number: int) -> tuple[SeparatingPlaneLagrangians, ...]:
+        sides = self.problem.sides
+        side = sides[number]
+        first = number * len(sides[0].hull.points)
+        own = self.grams[first : first + len(side.hull.points)]
+        return tuple(
+            SeparatingPlaneLagrangians.of_point(self.problem, side, grams) for grams in own
+        )
 
     def verify(self) -> bool:
         """Tell whether all that is claimed is shown, in rational arithmetic."""

@@ -28,6 +28,7 @@ from scene_graph_ros.planning.certified.rational_kinematics import (
     PathToFrame,
     RationalForwardKinematics,
     RationalPose,
+    Stretch,
 )
 from scene_graph_ros.planning.certified.tangent_region import power_of_two, Row, TangentRegion
 from scene_graph_ros.planning.pairs.checker_plan import CheckerPlan
@@ -64,6 +65,11 @@ class PairProblem:
     rows: tuple[Row, ...]
     row_numbers: tuple[int, ...]
     row_scales: tuple[Fraction, ...]
+    stretches: tuple[Stretch, ...]
+    """Of each variable: where its s are."""
+    num_positions: int
+    plane_index: int
+    """Which of the checker's pairs it is."""
     half_space: HalfSpaceInE | None = None
     """B, if it is one: the plane is parallel to it."""
 
@@ -160,6 +166,9 @@ class PairProblems:
             tuple(row for _, _, row in rows),
             tuple(number for number, _, _ in rows),
             tuple(scale for _, scale, _ in rows),
+            region.stretches(variables),
+            len(region.lower),
+            pair,
             _half_space(self._pose_in_joint(b)) if is_half_space else None,
         )
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from scene_graph_ros.convex.errors import SolverError
+from scene_graph_ros.convex.solve.cones.solver_choice import SolverChoice
 from scene_graph_ros.planning.certified.constant_plane import constant_plane
 from scene_graph_ros.planning.certified.pair_certificate import LEAST_CLEARANCE, PairCertificate
 from scene_graph_ros.planning.certified.pair_problem import PairProblem
 from scene_graph_ros.planning.certified.plane_of_many_points import best_plane
 from scene_graph_ros.planning.certified.polytope_certificate import PairFailure
 from scene_graph_ros.planning.certified.rounding import KEPT_CLEARANCES, rounded
-from scene_graph_ros.planning.certified.separation_program import Solution
+from scene_graph_ros.planning.certified.separation_program import SeparationProgram, Solution
 
 __all__ = ["better_pair", "certified_pair", "first_proof", "proven"]
 
@@ -19,24 +20,36 @@ _SMALL = 1000
 one that does not move."""
 
 
-def first_proof(problem: PairProblem) -> PairCertificate | PairFailure:
-    """Return a certificate as soon as there is one; of small programs that of the best plane."""
+def first_proof(
+    problem: PairProblem, by: SolverChoice | None = None
+) -> PairCertificate | PairFailure:
+    """Return a certificate as soon as there is one; of small programs that of the best plane.
+
+    A solver that is chosen solves the whole program.
+    """
+    if by is not None:
+        return certified_pair(problem, by)
     points = (len(side.hull.points) * side.monomials.num_monomials for side in problem.sides)
     found = constant_plane(problem) if sum(points) > _SMALL else None
     return certified_pair(problem) if found is None else found
 
 
-def better_pair(known: PairCertificate) -> PairCertificate:
+def better_pair(known: PairCertificate, by: SolverChoice | None = None) -> PairCertificate:
     """Return the certificate of the plane with most clearance, if that is more than is known."""
-    found = certified_pair(known.problem)
+    found = certified_pair(known.problem, by)
     is_better = isinstance(found, PairCertificate) and found.clearance > known.clearance
     return found if isinstance(found, PairCertificate) and is_better else known
 
 
-def certified_pair(problem: PairProblem) -> PairCertificate | PairFailure:
-    """Solve a pair's program and prove what it says."""
+def certified_pair(
+    problem: PairProblem, by: SolverChoice | None = None
+) -> PairCertificate | PairFailure:
+    """Solve a pair's program, by a solver of choice, and prove what it says."""
     try:
-        solution = best_plane(problem)
+        if by is None:
+            solution = best_plane(problem)
+        else:
+            solution = SeparationProgram(problem).maximize_clearance(by)
     except SolverError as error:
         return PairFailure(problem.names, "solver", str(error))
     return proven(problem, solution)

@@ -12,6 +12,7 @@ import functools
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.convex.solve.cones.solver_choice import SolverChoice
 from scene_graph_ros.convex.solve.sums_of_squares.weighted_squares import (
     Identities,
     minimize_over_squares,
@@ -49,11 +50,14 @@ def most_clearance(problem: PairProblem) -> Solution:
     return solution if _is_enough(found) else SeparationProgram(problem).maximize_clearance()
 
 
-def plane_for_growth(problem: PairProblem) -> Solution:
+def plane_for_growth(problem: PairProblem, by: SolverChoice | None = None) -> Solution:
     """Return a plane with clearance that asks for little of where the region's rows are.
 
-    What a row comes times is what moving it out takes from the identities. Raises SolverError.
+    What a row comes times is what moving it out takes from the identities. A solver that is chosen
+    looks for the most clearance alone. Raises SolverError.
     """
+    if by is not None:
+        return SeparationProgram(problem).maximize_clearance(by)
     best = most_clearance(problem)
     if best.clearance <= float(LEAST_CLEARANCE):
         return best

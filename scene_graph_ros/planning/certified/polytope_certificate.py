@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
 from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.one_line import one_line
+from scene_graph_ros.planning.certified.lagrangians import AffineFunction
 from scene_graph_ros.planning.certified.pair_certificate import PairCertificate
 from scene_graph_ros.planning.certified.pair_problem import PairProblems
 from scene_graph_ros.planning.certified.rational_kinematics import RationalForwardKinematics
@@ -58,6 +59,8 @@ class PolytopeCertificate:
     certificates: Mapping[GeometryPair, PairCertificate]
     failures: Mapping[GeometryPair, PairFailure]
     ignored: frozenset[frozenset[int]] = frozenset()
+    num_iter: int = 0
+    """How many rounds of its search were made before it was found."""
 
     @property
     def is_success(self) -> bool:
@@ -70,6 +73,31 @@ class PolytopeCertificate:
     def certified_polytope(self) -> HPolyhedron:
         """The region in s; it is free only where this is a success."""
         return self.region.polyhedron
+
+    @property
+    def C(self) -> NDArray[np.float64]:
+        """The polytope's rows ``(m, nq)`` that are about several positions, as in C s <= d."""
+        return self.region.C
+
+    @property
+    def d(self) -> NDArray[np.float64]:
+        """Their sides ``(m,)``. Rows about one position are in the bounds of s."""
+        return self.region.d
+
+    @property
+    def s_bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """The bounds ``(nq,)`` of s within which it is proven, lower and upper."""
+        return self.region.lower, self.region.upper
+
+    @property
+    def a(self) -> dict[int, AffineFunction]:
+        """The normals of the planes, by the planes' indices; see `PairCertificate.a`."""
+        return {each.plane_index: each.a for each in self.certificates.values()}
+
+    @property
+    def b(self) -> dict[int, AffineFunction]:
+        """The offsets of the planes, by the planes' indices."""
+        return {each.plane_index: each.b for each in self.certificates.values()}
 
     @property
     def distance(self) -> float:

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.convex.solve.cones.cone_program import Cone, ConeProgram
+from scene_graph_ros.convex.solve.cones.solver_choice import SolverChoice
 from scene_graph_ros.planning.certified.monomials import triangle
 from scene_graph_ros.planning.certified.pair_problem import HalfSpaceInE, PairProblem
 from scene_graph_ros.planning.certified.pair_side import Side
@@ -94,10 +95,28 @@ class SeparationProgram:
             points = side.numerators if len(side.hull.points) else ()
             self.grams.append([self._add_point(shared, point) for point in points])
 
-    def maximize_clearance(self) -> Solution:
-        """Solve the program by itself, by the wall's solver. Raises SolverError."""
+    def maximize_clearance(self, by: SolverChoice | None = None) -> Solution:
+        """Solve the program by itself, by the wall's solver or one that is chosen.
+
+        Raises SolverError.
+        """
+        self.ask_for_clearance()
+        found = self.program.solve(f"the plane between {self.problem.names}", by=by)
+        return self.solution(found.x)
+
+    def ask_for_clearance(self) -> None:
+        """Have the clearance as large as it can be."""
         self.program.add_cost(np.array([self.clearance]), np.array([-1.0]))
-        return self.solution(self.program.solve(f"the plane between {self.problem.names}").x)
+
+    def keep_bounds(self, known: Solution) -> None:
+        """Have the Gram matrices of the bounds' rows as a solution has them."""
+        for side, grams in zip(self.grams, known.grams, strict=True):
+            for columns, own in zip(side, grams, strict=True):
+                i, j = triangle(own.shape[-1])
+                chosen = columns[1 : 2 * self._n + 1].reshape(-1)
+                values = own[1 : 2 * self._n + 1, i, j].reshape(-1)
+                entries = np.arange(len(chosen)), chosen, np.ones(len(chosen))
+                self.program.add_entries(Cone.ZERO, [entries], -values)
 
     def solution(self, x: NDArray[np.float64]) -> Solution:
         """Return this pair's part of a solution."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
@@ -48,6 +48,12 @@ class TangentRegion:
             np.concatenate([self.C, unit, -unit]),
             np.concatenate([self.d, self.upper, -self.lower]),
         )
+
+    def without_redundant_rows(self) -> TangentRegion:
+        """Return the same region without rows of C that bounds and other rows imply, exactly."""
+        redundant = self.polyhedron.find_redundant(0.0)
+        kept = [k for k in range(len(self.d)) if k not in redundant]
+        return replace(self, C=self.C[kept], d=self.d[kept])
 
     def contains(self, s: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Tell which of some points ``(m, n)`` are in the region."""

@@ -62,7 +62,7 @@ class ChangingChecker:
         return self._state.bodies.find(body)
 
     def is_part_of_robot(self, body: AnyBody) -> bool:
-        """Tell whether a body is a robot's link, or carried by one."""
+        """Tell whether a body is a link of the checker's robots, or carried by one."""
         return self._state.bodies.is_part_of_robot(self.get_body(body).index)
 
     def _pair(self, bodyA: AnyBody, bodyB: AnyBody) -> tuple[int, int]:
@@ -145,7 +145,7 @@ class ChangingChecker:
                 )
             body = bodies.find(f"{each.model_instance_name}/{each.body_name}", "body_name")
             shape = AddedShape.of(group, each, body.frame_id)
-            if not (bodies.is_part_of_robot(body.index) and isinstance(each.shape, HalfSpace)):
+            if not (body.link >= 0 and isinstance(each.shape, HalfSpace)):
                 result.append(shape)
         return result
 

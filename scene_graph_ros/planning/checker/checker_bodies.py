@@ -12,6 +12,7 @@ from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.located import suggestion
+from scene_graph_ros.planning.checker.robot_instances import RobotInstances
 from scene_graph_ros.planning.errors import CollisionCheckerError
 from scene_graph_ros.planning.pairs.checker_plan import carrier
 from scene_graph_ros.robots.kinematic_tree import KinematicTree
@@ -33,7 +34,7 @@ class CheckerBody:
     """The frame's."""
     frame_id: FrameId
     link: int
-    """The link (row of the tree) that it is or that carries it; -1 around the robots."""
+    """The link (row of the tree) that it is or that carries it; -1 where no joint moves it."""
 
 
 AnyBody: TypeAlias = CheckerBody | FrameId | int | str
@@ -44,7 +45,11 @@ class CheckerBodies:
     """All bodies of a scene: links of robots and what these carry come first."""
 
     def __init__(
-        self, snapshot: Snapshot, tree: KinematicTree, frames: Mapping[str, FrameId]
+        self,
+        snapshot: Snapshot,
+        tree: KinematicTree,
+        frames: Mapping[str, FrameId],
+        instances: RobotInstances,
     ) -> None:
         """``frames`` are those of the tree's links, by name."""
         inspector = snapshot.inspector
@@ -57,13 +62,13 @@ class CheckerBodies:
             link, _ = carrier(inspector, frame, links)
             source, own = inspector.get_owning_source_name(frame), inspector.get_name(frame)
             name = names.get(int(frame), f"{source}/{own}")
-            found.append((link < 0, int(frame), name, source, own, frame, link))
+            found.append((not instances.has(link), int(frame), name, source, own, frame, link))
         found.sort(key=lambda each: each[:2])
         self.all = tuple(
             CheckerBody(index, name, source, own, frame, link)
             for index, (_, _, name, source, own, frame, link) in enumerate(found)
         )
-        self.num_robot_bodies = sum(body.link >= 0 for body in self.all)
+        self.num_robot_bodies = sum(instances.has(body.link) for body in self.all)
 
     @cached_property
     def index_of_frame(self) -> dict[FrameId, int]:
@@ -104,5 +109,5 @@ class CheckerBodies:
         return self.all[index]
 
     def is_part_of_robot(self, index: int) -> bool:
-        """Tell whether a body is a robot's link, or carried by one."""
+        """Tell whether a body is a link of the checker's robots, or carried by one."""
         return index < self.num_robot_bodies

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.one_line import one_line
-from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array
-from scene_graph_ros.located import suggestion
 from scene_graph_ros.planning.checker.changing_checker import ChangingChecker
 from scene_graph_ros.planning.checker.checker_contexts import (
     checked_parallelism,
@@ -54,7 +52,6 @@ class CollisionChecker(ChangingChecker, MeasuringChecker, ABC):
         model: RobotDiagram,
         state: CheckerState,
         *,
-        robot_model_instances: Iterable[str] | None,
         edge_step_size: float,
         distance_and_interpolation_provider: DistanceAndInterpolationProvider | None,
         configuration_distance_function: ConfigurationDistanceFunction | None,
@@ -76,8 +73,6 @@ class CollisionChecker(ChangingChecker, MeasuringChecker, ABC):
         self._supports_parallel_checking = bool(supports_parallel_checking)
         count = checked_parallelism(implicit_context_parallelism, bool(supports_parallel_checking))
         self._contexts = CheckerContexts(count, lambda: self._state)
-        if robot_model_instances is not None:
-            self._check_instances(robot_model_instances)
 
     @classmethod
     def from_params(cls: type[Self], params: CollisionCheckerParams, **more: Any) -> Self:
@@ -99,7 +94,8 @@ class CollisionChecker(ChangingChecker, MeasuringChecker, ABC):
     def robot_model_instances(self) -> tuple[str, ...]:
         """The names of the robots' sources, sorted."""
         links = set(self._model.frames.values())
-        return tuple(sorted({b.model_instance_name for b in self.bodies if b.frame_id in links}))
+        own = (b for b in self.bodies if b.frame_id in links and self.is_part_of_robot(b))
+        return tuple(sorted({body.model_instance_name for body in own}))
 
     def get_zero_configuration(self) -> NDArray[np.float64]:
         """Return positions ``(nq,)`` of zero; quaternions are those of no turn."""
@@ -108,21 +104,6 @@ class CollisionChecker(ChangingChecker, MeasuringChecker, ABC):
     def supports_parallel_checking(self) -> bool:
         """Tell whether threads may share the work."""
         return self._supports_parallel_checking
-
-    def _check_instances(self, names: Iterable[str]) -> None:
-        given, own = tuple(names), self.robot_model_instances
-        for name in given:
-            if name not in own:
-                near = suggestion(str(name), own)
-                raise CollisionCheckerError(
-                    f"robot_model_instances: there is no robot {quoted(name)}{near}"
-                )
-        missing = [name for name in own if name not in given]
-        if missing:
-            raise CollisionCheckerError(
-                f"robot_model_instances must have all robots of the model; {missing[0]!r} is not"
-                " there. `RobotDiagram.of_robots` makes a model of some"
-            )
 
     # What a kind of checker has to answer.
 

@@ -13,6 +13,7 @@ from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.planning.checker.added_shapes import AddedShape, furnished
 from scene_graph_ros.planning.checker.body_matrices import BodyMatrices, CHECKED, FILTERED
 from scene_graph_ros.planning.checker.checker_bodies import CheckerBodies
+from scene_graph_ros.planning.checker.robot_instances import robot_instances
 from scene_graph_ros.planning.diagrams.robot_diagram import RobotDiagram
 from scene_graph_ros.planning.errors import finite_number
 from scene_graph_ros.planning.pairs.checker_plan import CheckerPlan, make_plan, placed
@@ -67,7 +68,7 @@ class CheckerState(NamedTuple):
     added: tuple[AddedShape, ...]
     plan: CheckerPlan
     bodies_of_all: NDArray[np.int64]
-    """``(p, 2)``: the bodies of A's and B's geometries, for all of the plan's pairs."""
+    """``(p, 2)``: the bodies of both geometries of all the plan's pairs, the robot's first."""
     body_of: NDArray[np.int64]
     """The same for those that are checked."""
     geometry_paddings: tuple[GeometryPadding, ...] = ()
@@ -77,9 +78,12 @@ class CheckerState(NamedTuple):
         """Return the state with other paddings and filters."""
         every = self.plan.all_pairs
         a, b = self.bodies_of_all.T
+        # Pairs of other robots are never checked.
+        is_robot = a < self.bodies.num_robot_bodies
+        a = np.where(is_robot, a, 0)
         # What the scene filters of some geometries of a body only stays filtered.
         is_opened = self.nominal.filtered[a, b] == FILTERED
-        checked = (matrices.filtered[a, b] == CHECKED) & (every.allowed | is_opened)
+        checked = (matrices.filtered[a, b] == CHECKED) & (every.allowed | is_opened) & is_robot
         paddings = matrices.padding[a, b]
         for each in self.geometry_paddings:
             paddings[each.of_pairs(self.plan)] = each.padding
@@ -108,6 +112,7 @@ class CheckerState(NamedTuple):
         shapes = tuple(added)
         snapshot = furnished(self.base, shapes)
         plan = make_plan(snapshot, self.plan.tree, self.links)
+        plan = plan._replace(other_positions=self.plan.other_positions)
         both = _bodies_of_pairs(snapshot, self.bodies, plan)
         state = self._replace(snapshot=snapshot, added=shapes, plan=plan, bodies_of_all=both)
         return state.with_matrices(self.matrices)
@@ -123,23 +128,31 @@ class CheckerState(NamedTuple):
         return self._replace(base=moment, snapshot=snapshot, plan=placed(before, snapshot))
 
 
-def make_state(model: RobotDiagram, snapshot: Snapshot) -> CheckerState:
-    """Return what is known of a moment of a scene, without padding."""
+def make_state(
+    model: RobotDiagram, snapshot: Snapshot, robots: Iterable[str] | None
+) -> CheckerState:
+    """Return what is known of a moment of a scene, without padding.
+
+    ``robots`` are those that it is for; None: all. Raises CollisionCheckerError for other names.
+    """
+    instances = robot_instances(model, snapshot, robots)
     tree = model.tree
     links = {int(frame): tree.link_index(name) for name, frame in model.frames.items()}
-    bodies = CheckerBodies(snapshot, tree, model.frames)
-    plan = make_plan(snapshot, tree, links)
+    bodies = CheckerBodies(snapshot, tree, model.frames, instances)
+    plan = make_plan(snapshot, tree, links)._replace(other_positions=instances.others)
     joint_of_link = np.array((*tree.joint_of_link, 0), dtype=np.int64)
     # What is around the robots has link -1, which is the last: it is welded to the base.
     joints = joint_of_link[[body.link for body in bodies.all]]
-    robots = bodies.num_robot_bodies
+    count = bodies.num_robot_bodies
     both = _bodies_of_pairs(snapshot, bodies, plan)
-    has_pair, has_allowed = np.zeros((2, robots, len(bodies)), dtype=np.bool_)
-    for flags, pairs in ((has_pair, both), (has_allowed, both[plan.all_pairs.allowed])):
+    has_pair, has_allowed = np.zeros((2, count, len(bodies)), dtype=np.bool_)
+    is_own = both[:, 0] < count
+    for flags, chosen in ((has_pair, is_own), (has_allowed, is_own & plan.all_pairs.allowed)):
+        pairs = both[chosen]
         flags[pairs[:, 0], pairs[:, 1]] = True
-        own = pairs[pairs[:, 1] < robots]
+        own = pairs[pairs[:, 1] < count]
         flags[own[:, 1], own[:, 0]] = True
-    is_welded = joints[:robots, np.newaxis] == joints
+    is_welded = joints[:count, np.newaxis] == joints
     nominal = BodyMatrices.of(bodies, is_welded | (has_pair & ~has_allowed))
     state = CheckerState(snapshot, snapshot, links, bodies, nominal, nominal, (), plan, both, both)
     return state.with_matrices(nominal)
@@ -148,8 +161,11 @@ def make_state(model: RobotDiagram, snapshot: Snapshot) -> CheckerState:
 def _bodies_of_pairs(
     snapshot: Snapshot, bodies: CheckerBodies, plan: CheckerPlan
 ) -> NDArray[np.int64]:
-    """Return the bodies of the geometries of all pairs ``(p, 2)``."""
+    """Return the bodies of the geometries of all pairs ``(p, 2)``, first one of the robots'."""
     frames = snapshot.state.layout().ids
     body_of_frame = np.array([bodies.index_of_frame[each] for each in frames], dtype=np.int64)
     result: NDArray[np.int64] = body_of_frame[plan.all_pairs.frames]
+    robots = bodies.num_robot_bodies
+    is_turned = (result[:, 0] >= robots) & (result[:, 1] < robots)
+    result[is_turned] = result[is_turned, ::-1]
     return result

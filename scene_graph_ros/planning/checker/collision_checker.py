@@ -96,21 +96,22 @@ class SceneGraphCollisionChecker(CollisionChecker):
         ``self_collision_padding`` between robots' own bodies; a negative one allows that they
         overlap. Where an edge's clearance is below ``tolerance`` it is undecided. Distances and
         ways are the linear provider's, or those of one of your own; then ``edge_step_size`` is how
-        long the straight pieces of a way are. ``robot_model_instances``, if given, must be the
-        names of all robots, and ``implicit_context_parallelism`` is how many contexts have
-        numbers. With ``require_homogeneous_filters`` the scene must filter all geometries of two
-        bodies or none. Raises CollisionCheckerError for a number that is not finite, a tolerance
-        or step size that is not positive, and a robot that is not there or missing;
+        long the straight pieces of a way are. ``robot_model_instances`` names the robots that it
+        is for, else all: others move with q, but are what is around these, and are not checked
+        against each other. ``implicit_context_parallelism`` is how many contexts have numbers.
+        With ``require_homogeneous_filters`` the scene must filter all geometries of two bodies or
+        none. Raises CollisionCheckerError for a number that is not finite, a tolerance or step
+        size that is not positive, and a robot that is not there;
         HeterogeneousFiltersError for a scene that filters some geometries of two bodies only.
         """
         self._tolerance = finite_number("tolerance", tolerance)
         if self._tolerance <= 0.0:
             raise CollisionCheckerError(f"tolerance must be positive, not {quoted(tolerance)}")
-        state = make_state(model, model.context.snapshot if snapshot is None else snapshot)
+        moment = model.context.snapshot if snapshot is None else snapshot
+        state = make_state(model, moment, robot_model_instances)
         super().__init__(
             model,
             state.padded(env_collision_padding, self_collision_padding),
-            robot_model_instances=robot_model_instances,
             edge_step_size=edge_step_size,
             distance_and_interpolation_provider=distance_and_interpolation_provider,
             configuration_distance_function=configuration_distance_function,

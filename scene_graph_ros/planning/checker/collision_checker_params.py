@@ -32,7 +32,7 @@ class CollisionCheckerParams:
 
     model: RobotDiagram
     robot_model_instances: Sequence[str]
-    """The names of all robots of the model."""
+    """The names of the robots that it is for, one at least."""
     edge_step_size: float
     env_collision_padding: float = 0.0
     self_collision_padding: float = 0.0

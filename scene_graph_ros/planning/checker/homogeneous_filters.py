@@ -34,16 +34,18 @@ def demand_homogeneous_filters(state: CheckerState) -> None:
     """
     a, b = state.bodies_of_all.T
     allowed = state.plan.all_pairs.allowed
+    is_robot = a < state.bodies.num_robot_bodies
+    filtered = state.nominal.filtered[np.where(is_robot, a, 0), b]
     # Of bodies that are checked at all some geometries are.
-    heterogeneous = np.flatnonzero((state.nominal.filtered[a, b] == CHECKED) & ~allowed)
+    heterogeneous = np.flatnonzero((filtered == CHECKED) & is_robot & ~allowed)
     if not len(heterogeneous):
         return
-    filtered = int(heterogeneous[0])
-    same = (np.sort(state.bodies_of_all) == np.sort(state.bodies_of_all[filtered])).all(axis=1)
+    first = int(heterogeneous[0])
+    same = (np.sort(state.bodies_of_all) == np.sort(state.bodies_of_all[first])).all(axis=1)
     left = int(np.flatnonzero(same & allowed)[0])
-    one, other = (state.bodies.all[body].name for body in state.bodies_of_all[filtered])
+    one, other = (state.bodies.all[body].name for body in state.bodies_of_all[first])
     raise HeterogeneousFiltersError(
-        f"bodies {one!r} and {other!r} are filtered heterogeneously: {_words(state, filtered)} are"
+        f"bodies {one!r} and {other!r} are filtered heterogeneously: {_words(state, first)} are"
         f" filtered, {_words(state, left)} are not; filter all of their pairs in the scene or"
         " none, or leave require_homogeneous_filters off: then each pair is as the scene has it"
     )

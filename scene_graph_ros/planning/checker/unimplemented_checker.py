@@ -40,11 +40,10 @@ class UnimplementedCollisionChecker(CollisionChecker):
         require_homogeneous_filters: bool = False,
     ) -> None:
         """Take what all checkers have. Raises CollisionCheckerError naming the field."""
-        state = make_state(model, model.context.snapshot)
+        state = make_state(model, model.context.snapshot, robot_model_instances)
         super().__init__(
             model,
             state.padded(env_collision_padding, self_collision_padding),
-            robot_model_instances=robot_model_instances,
             edge_step_size=edge_step_size,
             distance_and_interpolation_provider=distance_and_interpolation_provider,
             configuration_distance_function=configuration_distance_function,

@@ -7,11 +7,13 @@ from typing import Any
 import numpy as np
 
 from scene_graph_ros.planning.optimal_control.arguments import as_positive
-from scene_graph_ros.planning.optimal_control.dynamics import Dynamics
-from scene_graph_ros.planning.optimal_control.errors import (
-    DynamicsError,
-    TrajectoryOptimizationError,
+from scene_graph_ros.planning.optimal_control.collocation_constraint import (
+    ends_of_step,
+    require_continuous,
+    step_function,
 )
+from scene_graph_ros.planning.optimal_control.dynamics import Dynamics
+from scene_graph_ros.planning.optimal_control.errors import TrajectoryOptimizationError
 from scene_graph_ros.planning.optimal_control.multiple_shooting import MultipleShooting
 from scene_graph_ros.planning.optimal_control.nonlinear_program import NonlinearProgram
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
@@ -49,13 +51,9 @@ class DirectCollocation(MultipleShooting):
                 f"minimum_time_step = {low} must not be above maximum_time_step = {high}"
             )
         super().__init__(dynamics, num_time_samples, (low, high), prog)
-        if dynamics.is_discrete:
-            raise DynamicsError(
-                "collocation is for continuous dynamics, these have a discrete_step: take"
-                " DirectTranscription"
-            )
+        require_continuous(dynamics)
         count = self.num_time_samples - 1
-        step = _step_function(dynamics)
+        step = step_function(dynamics)
         steps = step.map(count)
         ca = self._ca
         x, u, t = ca.horzcat(*self._x), ca.horzcat(*self._u), ca.horzcat(*self._t)
@@ -143,32 +141,9 @@ def _cost_function(dynamics: Dynamics, rate: Any) -> Any:
     from scene_graph_ros.planning.optimal_control.casadi_backend import get_casadi
 
     ca = get_casadi()
-    names = ca.SX.sym("h"), ca.SX.sym("t"), *_ends(ca.SX, dynamics)
+    names = ca.SX.sym("h"), ca.SX.sym("t"), *ends_of_step(ca.SX, dynamics)
     h, t, x0, u0, x1, u1 = names
-    _, middle = _step_function(dynamics)(*names)
+    _, middle = step_function(dynamics)(*names)
     between = rate(t + 0.5 * h, middle, 0.5 * (u0 + u1))
     total = h / 6.0 * (rate(t, x0, u0) + 4.0 * between + rate(t + h, x1, u1))
     return ca.Function("cost", list(names), [total, middle])
-
-
-def _ends(kind: Any, dynamics: Dynamics) -> list[Any]:
-    """Return symbols of state and input at both ends of a step."""
-    n, m = dynamics.num_states, dynamics.num_inputs
-    return [kind.sym("x0", n), kind.sym("u0", m), kind.sym("x1", n), kind.sym("u1", m)]
-
-
-def _step_function(dynamics: Dynamics) -> Any:
-    """Return a function of a step to what its dynamics lack, and to the state in the middle."""
-    from scene_graph_ros.planning.optimal_control.casadi_backend import get_casadi
-
-    ca = get_casadi()
-    kind = ca.SX if dynamics.has_second_derivatives else ca.MX
-    f, h, t = dynamics.function, kind.sym("h"), kind.sym("t")
-    x0, u0, x1, u1 = _ends(kind, dynamics)
-    p = kind(dynamics.parameters)
-    f0, f1 = f(x0, u0, t, p), f(x1, u1, t + h, p)
-    middle = 0.5 * (x0 + x1) + h / 8.0 * (f0 - f1)
-    between = f(middle, 0.5 * (u0 + u1), t + 0.5 * h, p)
-    # Simpson's rule; the cubic's slope in the middle is the dynamics' exactly where this is zero.
-    defect = x1 - x0 - h / 6.0 * (f0 + 4.0 * between + f1)
-    return ca.Function("collocation", [h, t, x0, u0, x1, u1], [defect, middle])

@@ -33,7 +33,8 @@ _LEAST_DURATION = 1e-6
 """Seconds: a duration is a divisor."""
 
 _ROUNDED = 1e-6
-"""A length |d| counts as sqrt(|d|^2 + this^2), which has derivatives where nothing moves."""
+"""While it is solved, a length |d| counts as sqrt(|d|^2 + this^2) - this, which has derivatives
+where nothing moves. Results have the length itself."""
 
 
 @one_line()
@@ -101,6 +102,8 @@ class KinematicCurve:
         self._T = self._prog.new_variables(1, "T")
         self._prog.add_constraint(self._T, _LEAST_DURATION, np.inf, label="duration")
         self._bounds: list[DerivativeBound] = []
+        self._rounded_off: list[Any] = []
+        """What costs are less than they would be with lengths as they are."""
         self._set_guess(points, length)
 
     # What it is made of.
@@ -182,6 +185,8 @@ class KinematicCurve:
             self._prog.add_constraint(bounds - lengths, 0.0, np.inf, label="length")
             lengths = bounds
         self._prog.add_cost(factor * ca.sum1(lengths))
+        exact = ca.sum1(ca.sqrt(ca.sum1(pieces**2).T))
+        self._rounded_off.append(factor * (exact - ca.sum1(lengths)))
 
     def add_path_energy_cost(self, weight: float = 1.0) -> None:
         """Add ``weight`` times the squared distances from control point to control point."""

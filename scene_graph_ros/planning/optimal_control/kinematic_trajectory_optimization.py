@@ -160,6 +160,8 @@ class KinematicTrajectoryOptimization(KinematicCurve):
             for measure in clear.checker.measure_edges(curve.piecewise_polynomial().control_points)
         )
         found = self._with_times(found, curve)
+        more = sum(float(found.value(each).item()) for each in self._rounded_off)
+        found = replace(found, cost=found.cost + more)
         reason = found.reason
         if not reason and excess > _EXCESS and bound is not None:
             reason = f"the {bound.label} is beyond its bounds by {excess:.3g} of them"

@@ -66,6 +66,8 @@ class CheckerPlan(NamedTuple):
     """``(b,)``: the link (row of the tree), or -1 for what is around the robots."""
     carried: tuple[tuple[Any, ...], ...]
     """``(r,)``: the frames between each robot body's link and the body, from the link on."""
+    other_positions: NDArray[np.int64] = np.empty(0, dtype=np.int64)
+    """``(k,)``: positions of robots that the checker is not for; derivatives by these are zero."""
 
     @property
     def checked(self) -> CheckedTables:

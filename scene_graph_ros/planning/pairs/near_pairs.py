@@ -115,6 +115,7 @@ def near_pairs_at(plan: CheckerPlan, q: NDArray[np.float64], influence: float) -
     jacobians = gradients.copy()
     if desk.is_mapped:
         jacobians = product(gradients, plan.tree.velocity_map(q[0]))
+    jacobians[:, plan.other_positions] = 0.0
     return NearPairs(table.rows[:count].copy(), table.distances[:count].copy(), jacobians, plan)
 
 
@@ -138,6 +139,7 @@ def near_rows(plan: CheckerPlan, q: NDArray[np.float64], influence: float) -> Ne
             gradients = np.concatenate(mapped)
         else:
             gradients = gradients.copy()
+        gradients[:, plan.other_positions] = 0.0
         parts.append((table.rows[:count].copy(), table.distances[:count].copy(), gradients))
         done += taken
     if len(parts) == 1:

@@ -75,6 +75,20 @@ class PendulumOptimum:
         p = self.rates
         return np.array([(p * p.conj()).real, 2.0 * p.real])
 
+    def regulated(self, state: NDArray[np.float64], elapsed: float) -> NDArray[np.float64]:
+        """Return position, velocity and acceleration ``(3, m)`` of the closed loop after a time.
+
+        It begins in a state ``(2, m)`` about the origin. With the poles ``-a +- i b`` the position
+        is ``exp(-a t) (c cos(b t) + (c' + a c) sin(b t) / b)``.
+        """
+        a, b = self.rates.real, self.rates.imag
+        (c, rate), (first, second) = state, self.gains
+        fades = np.exp(-a * elapsed)
+        cos, sin = fades * np.cos(b * elapsed), fades * np.sin(b * elapsed) / b
+        position = c * cos + (rate + a * c) * sin
+        velocity = rate * cos - (first * c + a * rate) * sin
+        return np.array([position, velocity, -first * position - second * velocity])
+
     @property
     def S(self) -> NDArray[np.float64]:
         """The solution ``(2, 2, m)`` of the algebraic Riccati equation, entry by entry."""

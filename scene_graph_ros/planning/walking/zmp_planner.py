@@ -226,8 +226,12 @@ class ZmpPlanner:
     @overload
     def get_nominal_com(self, time: float) -> NDArray[np.float64]: ...
     def get_nominal_com(self, time: float | None = None) -> Curve | NDArray[np.float64]:
-        """Return the best motion from ``x0`` on, m, as a curve or ``(2,)`` at a time."""
-        return _at(self._plan_or_error().com, time)
+        """Return the best motion from ``x0`` on, m, as a curve or ``(2,)`` at a time.
+
+        The curve is until the end of the desired zero-moment point. After it the regulator about
+        its last point goes on, at times that are asked about: position, velocity and acceleration.
+        """
+        return self._nominal(0, time)
 
     @overload
     def get_nominal_comd(self) -> Curve: ...
@@ -235,7 +239,7 @@ class ZmpPlanner:
     def get_nominal_comd(self, time: float) -> NDArray[np.float64]: ...
     def get_nominal_comd(self, time: float | None = None) -> Curve | NDArray[np.float64]:
         """Return its velocity, m/s, as a curve or ``(2,)`` at a time."""
-        return _at(self._plan_or_error().com.derivative(), time)
+        return self._nominal(1, time)
 
     @overload
     def get_nominal_comdd(self) -> Curve: ...
@@ -243,7 +247,18 @@ class ZmpPlanner:
     def get_nominal_comdd(self, time: float) -> NDArray[np.float64]: ...
     def get_nominal_comdd(self, time: float | None = None) -> Curve | NDArray[np.float64]:
         """Return its acceleration, m/s^2, as a curve or ``(2,)`` at a time."""
-        return _at(self._plan_or_error().com.derivative(2), time)
+        return self._nominal(2, time)
+
+    def _nominal(self, order: int, time: float | None) -> Any:
+        plan = self._plan_or_error()
+        curve, end = plan.com.derivative(order), plan.zmp.end_time
+        if time is None or as_finite("time", time) <= end:
+            return _at(curve, time)
+        ends = [plan.com.derivative(k).value(end) for k in (0, 1)]
+        final = self.get_final_desired_zmp()
+        state = np.array([ends[0] - final, ends[1]]) @ plan.inverse.T
+        along: NDArray[np.float64] = plan.axes[0] @ plan.best.regulated(state, time - end)[order]
+        return along + final if order == 0 else along
 
     def get_Vxx(self) -> NDArray[np.float64]:
         """Return the second-order term ``(4, 4)`` of the value function, the same at all times."""

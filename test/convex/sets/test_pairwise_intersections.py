@@ -202,3 +202,19 @@ def test_without_boxes_turns_are_found_all_the_same():
     np.testing.assert_allclose(offsets, [[4.0 * math.pi, 0.0], [-4.0 * math.pi, 0.0]])
     with pytest.raises(ConvexSetError, match="is empty or unbounded"):
         compute_pairwise_intersections([near, turned], None, [1], preprocess_bbox=False)
+
+
+def test_joints_may_come_second_as_in_the_reference():
+    """Whole numbers are joints, and nothing else is; sets beside a full turn meet."""
+    sets = [Hyperrectangle([0.0], [1.0]), Hyperrectangle([2.0 * np.pi + 0.5], [2.0 * np.pi + 2])]
+    named = compute_pairwise_intersections(sets, continuous_revolute_joints=[0])
+    for joints in ([0], (0,), np.array([0])):
+        pairs, offsets = compute_pairwise_intersections(sets, joints)
+        assert pairs == named[0] == [(0, 1), (1, 0)]
+        np.testing.assert_array_equal(offsets, named[1])
+    with pytest.raises(ConvexSetError, match="leave it out, as in compute_pairwise_intersections"):
+        compute_pairwise_intersections(sets, [])
+    with pytest.raises(ConvexSetError, match=r"convex_sets_B\[0\] must be a ConvexSet, not 0"):
+        compute_pairwise_intersections(sets, [0], [0])
+    with pytest.raises(ConvexSetError, match=r"convex_sets_B\[0\] must be a ConvexSet, not True"):
+        compute_pairwise_intersections(sets, [True])

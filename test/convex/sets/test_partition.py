@@ -62,6 +62,12 @@ def test_what_is_narrow_stays_and_several_sets_are_cut_in_turn():
     assert partition_convex_set(wide, []) == [wide]
 
 
+def test_no_sets_are_no_partition():
+    """An empty list is more likely a mistake than a wish for no pieces."""
+    with pytest.raises(ConvexSetError, match="convex_set must be a set, or sets, one at least"):
+        partition_convex_set([], [0])
+
+
 def test_what_can_not_be_cut_is_named():
     """Empty and unbounded sets, and overlaps that leave nothing."""
     half = HPolyhedron([[1.0, 0.0]], [1.0])

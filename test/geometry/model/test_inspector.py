@@ -264,3 +264,26 @@ def test_what_is_no_role_is_refused(world, role):
     for question in questions:
         with pytest.raises(RoleError, match=f"not {role!r}"):
             question()
+
+
+def test_the_worlds_source_has_the_worlds_frame(world):
+    """One frame, in a group that no other frame can have."""
+    i = world.inspector
+    source = i.get_owning_source_id(i.world_frame_id())
+    assert i.frames_for_source(source) == [i.world_frame_id()]
+    assert i.num_frames_for_source(source) == 1
+    assert i.get_frame_group(i.world_frame_id()) == -1
+    assert i.get_frame_group(world.link1) == 0
+    assert i.world_frame_id() not in i.frames_for_source(world.arm)
+
+
+def test_a_set_takes_what_another_holds(world):
+    """Frames stay frames; the set that was added is not changed later."""
+    first = GeometrySet(world.link1)
+    ball = GeometryId.get_new_id()
+    second = GeometrySet(ball, first)
+    first.add(FrameId.get_new_id())
+    assert second.frame_ids() == {world.link1}
+    assert second.geometry_ids() == {ball}
+    second.add(second)
+    assert second.geometry_ids() == {ball}

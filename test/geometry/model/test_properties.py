@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from scene_graph_ros.geometry import (
+    add_contact_material,
     IllustrationProperties,
     make_phong_illustration_properties,
     PerceptionProperties,
@@ -12,7 +13,9 @@ from scene_graph_ros.geometry import (
     Role,
 )
 from scene_graph_ros.geometry.errors import PropertyError
+from scene_graph_ros.geometry.model.perception_properties import read_perception_properties
 from scene_graph_ros.geometry.model.properties import GeometryProperties
+from scene_graph_ros.geometry.model.render_label import RenderLabel
 
 
 @pytest.fixture(name="properties")
@@ -200,3 +203,48 @@ def test_colour_values():
     for bad in ((1, 2), 3, "red", "100", (1, "x", 0)):
         with pytest.raises(PropertyError, match="Rgba"):
             Rgba.from_value(bad)
+
+
+@pytest.mark.parametrize(
+    "act",
+    [
+        lambda: Rgba(-0.1, 0.0, 0.0),
+        lambda: Rgba.from_value("red"),
+        lambda: RenderLabel(32764 + 4),
+        lambda: add_contact_material(ProximityProperties(), dissipation=-1.0),
+        lambda: ProximityProperties().add_property("", "size", 1.0),
+    ],
+)
+def test_values_out_of_range_are_value_errors(act):
+    """And PropertyErrors and KeyErrors as before."""
+    for kind in (ValueError, PropertyError, KeyError):
+        with pytest.raises(kind):
+            act()
+
+
+def test_what_is_missing_or_there_already_is_no_value_error():
+    """A name is wrong, not a value."""
+    properties = ProximityProperties()
+    properties.add_property("group", "size", 1.0)
+    for act in (
+        lambda: properties.get_property("group", "none"),
+        lambda: properties.add_property("group", "size", 2.0),
+        lambda: properties.update_property("group", "size", "x"),
+    ):
+        with pytest.raises(PropertyError) as raised:
+            act()
+        assert not isinstance(raised.value, ValueError)
+
+
+def test_reserved_labels_as_plain_numbers_are_these_labels():
+    """As messages and scene files have no other way to give them; the others are refused."""
+    for number, label in ((32764, "DONT_CARE"), (32765, "DO_NOT_RENDER")):
+        properties = PerceptionProperties()
+        properties.add_property("label", "id", number)
+        found = read_perception_properties(properties, "box").label
+        assert found is not None and repr(found) == f"RenderLabel({label})"
+    for number in (32766, 32767):
+        properties = PerceptionProperties()
+        properties.add_property("label", "id", number)
+        with pytest.raises(ValueError, match="which no geometry can have"):
+            read_perception_properties(properties, "box")

@@ -205,7 +205,10 @@ def test_parameters_are_refused_by_name(slide):
     ):
         with pytest.raises(CollisionCheckerError, match=match):
             CollisionCheckerParams(**(good | bad))
-    for names, match in ((["world"], "there is no robot 'world'"), ([], "'robot' is not there")):
+    for names, match in (
+        (["world"], "there is no robot 'world'"),
+        ([], "one at least, of 'robot'"),
+    ):
         with pytest.raises(CollisionCheckerError, match=match):
             SceneGraphCollisionChecker(slide, robot_model_instances=names)
     for count in (0, 1.5, "2"):

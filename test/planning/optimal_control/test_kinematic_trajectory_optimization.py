@@ -229,3 +229,18 @@ def test_a_guess_gives_its_basis():
     guess = made.prog().initial_guess
     assert guess.tolist() == [*np.arange(14.0), 2.0]
     assert made.get_mutable_prog() is made.prog()
+
+
+@pytest.mark.parametrize("is_conic", [False, True])
+def test_a_length_costs_what_the_curve_has(is_conic):
+    """2 |(1, 1, 1)| from corner to corner, and 0 where nothing moves, without rounding."""
+    for end in (1.0, 0.0):
+        made = KinematicTrajectoryOptimization(3, 10, 5)
+        for place, value in ((0.0, 0.0), (1.0, end)):
+            made.add_path_position_constraint([value] * 3, [value] * 3, place)
+        made.add_path_length_cost(2.0, is_conic)
+        found = made.solve()
+        pieces = np.diff(found.trajectory.control_points, axis=0)
+        length = 2.0 * float(np.linalg.norm(pieces, axis=1).sum())
+        assert found.cost == pytest.approx(length, abs=1e-14)
+        assert found.cost == pytest.approx(2.0 * np.sqrt(3.0) * end, abs=1e-7)

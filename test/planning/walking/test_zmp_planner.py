@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.polynomial import legendre
 import pytest
-from scipy.linalg import solve_continuous_are
+from scipy.linalg import expm, solve_continuous_are
 
 from scene_graph_ros.planning import ZmpPlanner, ZmpPlannerError
 from scene_graph_ros.planning.trajectories import (
@@ -164,6 +164,43 @@ def test_after_the_end_it_regulates_about_the_last_point():
     x = np.array([0.1, 0.2, -0.3, 0.4])
     cost = planner.compute_optimal_cost(9.0, [*(final + x[:2]), *x[2:]])
     assert cost == pytest.approx(x @ planner.get_Vxx() @ x, rel=1e-12)
+
+
+def test_the_nominal_motion_goes_on_after_the_end():
+    """As the regulator's closed loop, whose matrix exponential SciPy has; without a jump."""
+    planner = planned()
+    end = cubics().end_time
+    final = planner.get_final_desired_zmp()
+    x = np.concatenate([planner.get_nominal_com(end), planner.get_nominal_comd(end)])
+    xbar = x - [*final, 0.0, 0.0]
+    S = solve_continuous_are(
+        planner.get_A(),
+        planner.get_B(),
+        planner.get_C().T @ QY @ planner.get_C(),
+        R + planner.get_D().T @ QY @ planner.get_D(),
+        s=planner.get_C().T @ QY @ planner.get_D(),
+    )
+    weight = R + planner.get_D().T @ QY @ planner.get_D()
+    K = np.linalg.solve(weight, planner.get_B().T @ S + planner.get_D().T @ QY @ planner.get_C())
+    closed = planner.get_A() - planner.get_B() @ K
+    for after in (1e-9, 0.1, 1.0, 7.5):
+        wanted = expm(closed * after) @ xbar
+        t = end + after
+        np.testing.assert_allclose(planner.get_nominal_com(t), final + wanted[:2], atol=1e-10)
+        np.testing.assert_allclose(planner.get_nominal_comd(t), wanted[2:], atol=1e-10)
+        np.testing.assert_allclose(planner.get_nominal_comdd(t), -K @ wanted, atol=1e-10)
+    np.testing.assert_allclose(planner.get_nominal_com(1e300), final, atol=0)
+    np.testing.assert_allclose(planner.get_nominal_comd(1e300), 0.0, atol=0)
+
+
+def test_a_plan_of_the_reference_ends_where_its_own_does():
+    """One second after three (the reference's answer to five digits)."""
+    planner = ZmpPlanner()
+    points = [[0.0, 0.0], [0.2, -0.1], [0.4, 0.1], [0.4, 0.1]]
+    zmp = PiecewisePolynomial.first_order_hold([0, 1, 2, 3], points)
+    planner.plan(zmp, np.zeros(4), 1.0)
+    np.testing.assert_allclose(planner.get_nominal_com(4.0), [0.40372, 0.10180], atol=5e-6)
+    np.testing.assert_allclose(planner.get_nominal_comd(4.0), [-0.00317, -0.00039], atol=5e-6)
 
 
 def test_any_curve_that_becomes_polynomials_may_be_followed():

@@ -116,6 +116,12 @@ class ConeProgram:
         """Add ``values . x[columns]`` to the cost."""
         self._costs.append((columns, values))
 
+    def bound_cost(self, most: float) -> None:
+        """Ask that the cost is at most a number, and forget it as a cost."""
+        entries = [(np.zeros(len(c), dtype=np.int64), c, -v) for c, v in self._costs]
+        self.add_entries(Cone.NONNEGATIVE, entries, np.array([most]))
+        self._costs.clear()
+
     def add_rows(
         self,
         cone: Cone,

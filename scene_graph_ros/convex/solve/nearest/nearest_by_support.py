@@ -11,6 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from scene_graph_ros.convex.solve.nearest.nearest_by_ascent import nearest_by_ascent
 from scene_graph_ros.convex.solve.nearest.nearest_in_hull import nearest_in_hull
 from scene_graph_ros.geometry.tolerances import EPSILON
 
@@ -24,6 +25,9 @@ _MOST_IDLE = 30
 
 _GAP = 1e-13
 """Relative to the numbers in play: where the search ends."""
+
+_SHORT = 1e-11
+"""The same: a larger gap is not what is left by rounding."""
 
 
 def nearest_by_support(
@@ -55,4 +59,10 @@ def nearest_by_support(
         if gap <= _GAP * size or is_known or idle > _MOST_IDLE:
             break
         points = np.concatenate([points, furthest[None]])
+    size = float(np.abs(p).max(initial=0.0) + np.abs(points).max(initial=0.0))
+    if best[2] > _SHORT * size:
+        # Of curved sets in many dimensions planes say more than points of the surface.
+        ways = p - best[1]
+        found = nearest_by_ascent(reach, p, ways / np.linalg.norm(ways), _GAP * size)
+        best = min(best, found, key=lambda each: each[2])
     return best

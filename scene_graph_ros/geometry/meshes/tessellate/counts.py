@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from scene_graph_ros.geometry.errors import MeshError, PropertyError
+from scene_graph_ros.geometry.errors import MeshError
+from scene_graph_ros.geometry.property_errors import PropertyValueError
 from scene_graph_ros.geometry.shapes.shape import Shape
 
 __all__ = ["MAX_ELEMENTS", "checked_count", "divisions", "required_hint"]
@@ -21,12 +22,12 @@ def required_hint(shape: Shape, resolution_hint: float | None) -> float:
 
     """
     if resolution_hint is None:
-        raise PropertyError(
+        raise PropertyValueError(
             f"{shape!r} is curved: its mesh needs a resolution_hint, the length of its edges in"
             " metres"
         )
     if not (math.isfinite(resolution_hint) and resolution_hint > 0.0):
-        raise PropertyError(
+        raise PropertyValueError(
             f"the resolution_hint of {shape!r} must be positive and finite, not"
             f" {resolution_hint!r}"
         )
