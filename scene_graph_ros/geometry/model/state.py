@@ -34,6 +34,7 @@ from scene_graph_ros.geometry.model.records import (
 from scene_graph_ros.geometry.model.renderer import Renderer
 from scene_graph_ros.geometry.model.roles import checked_role, Role
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.shapes.element_shape import ElementShape
 
 if TYPE_CHECKING:
     from scene_graph_ros.geometry.model.driven_mesh import DrivenMesh
@@ -131,8 +132,16 @@ class GeometryState:
         return _layout(self)
 
     def rigid_ids(self, role: Role) -> tuple[GeometryId, ...]:
-        """Return the rigid geometries with a role, sorted: the rows of ``role_arrays``."""
+        """Return the rigid geometries with a role, sorted: the rows of ``role_arrays``.
+
+        Those whose elements are state are among them, but for the proximity role: kernels of
+        pairs know none of them, see ``element_ids``.
+        """
         return _RIGID_IDS[role](self)
+
+    def element_ids(self) -> tuple[GeometryId, ...]:
+        """Return the geometries with the proximity role that are many elements, sorted."""
+        return _element_ids(self)
 
     def role_arrays(self, role: Role) -> RoleArrays:
         """Return the rows of the rigid geometries with a role."""
@@ -277,15 +286,32 @@ def _rows_of(role: Role) -> Callable[[GeometryState], RoleArrays]:
     return rows
 
 
-def _ids_of(role: Role, *, deform: bool) -> Callable[[GeometryState], tuple[GeometryId, ...]]:
+def _rigid_ids_of(role: Role) -> Callable[[GeometryState], tuple[GeometryId, ...]]:
     @derived(role)
     def ids(state: GeometryState) -> tuple[GeometryId, ...]:
-        of_role = state.with_role[role]
-        return tuple(sorted(i for i in of_role if state.is_deformable(i) is deform))
+        rigid = (i for i in state.with_role[role] if not state.is_deformable(i))
+        if role is not Role.PROXIMITY:
+            return tuple(sorted(rigid))
+        records = state.geometries
+        return tuple(sorted(i for i in rigid if not isinstance(records[i].shape, ElementShape)))
 
     return ids
 
 
+def _deformable_ids_of(role: Role) -> Callable[[GeometryState], tuple[GeometryId, ...]]:
+    @derived(role)
+    def ids(state: GeometryState) -> tuple[GeometryId, ...]:
+        return tuple(sorted(i for i in state.with_role[role] if state.is_deformable(i)))
+
+    return ids
+
+
+@derived(Role.PROXIMITY)
+def _element_ids(state: GeometryState) -> tuple[GeometryId, ...]:
+    of_role = sorted(state.with_role[Role.PROXIMITY])
+    return tuple(i for i in of_role if isinstance(state.geometries[i].shape, ElementShape))
+
+
 _ROWS = {role: _rows_of(role) for role in ROLES}
-_RIGID_IDS = {role: _ids_of(role, deform=False) for role in ROLES}
-_DEFORMABLE_IDS = {role: _ids_of(role, deform=True) for role in ROLES}
+_RIGID_IDS = {role: _rigid_ids_of(role) for role in ROLES}
+_DEFORMABLE_IDS = {role: _deformable_ids_of(role) for role in ROLES}
