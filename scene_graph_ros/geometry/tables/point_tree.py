@@ -17,7 +17,15 @@ from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.compiled.lanes import LANES
 from scene_graph_ros.geometry.tables.holding import Holding
 
-__all__ = ["BEYOND", "BOX", "PlacedPoints", "PointTree", "borrowed_points", "place_points"]
+__all__ = [
+    "BEYOND",
+    "BOX",
+    "PlacedPoints",
+    "PointTree",
+    "borrowed_points",
+    "held_again",
+    "place_points",
+]
 
 FloatArray = NDArray[np.float64]
 
@@ -250,6 +258,11 @@ def _new_tree(n: int, radii: FloatArray) -> PointTree:
 _holding = Holding("a tree of points", lambda: _new_tree(0, np.zeros(())))
 borrowed_points = _holding.borrowed
 """Return, in a lean kernel, the tree that the ``places`` of PlacedPoints describe."""
+
+
+def held_again(placed: PlacedPoints) -> PlacedPoints:
+    """Return a tree with its places in this process, into which it was unpickled."""
+    return placed._replace(places=_holding.places(placed.tree))
 
 
 def place_points(points: FloatArray, radii: FloatArray) -> PlacedPoints:
