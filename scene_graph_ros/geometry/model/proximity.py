@@ -110,7 +110,7 @@ def proximity_arrays(state: GeometryState) -> ProximityArrays:
         frame=rows.frame,
         X_FG=rows.X_FG,
         is_anchored=rows.frame == 0,
-        has_elements=bool(state.element_ids()),
+        has_elements=bool(state.element_ids(Role.PROXIMITY)),
         filter_bits=_filter_bits(state),
     )
 

@@ -134,14 +134,13 @@ class GeometryState:
     def rigid_ids(self, role: Role) -> tuple[GeometryId, ...]:
         """Return the rigid geometries with a role, sorted: the rows of ``role_arrays``.
 
-        Those whose elements are state are among them, but for the proximity role: kernels of
-        pairs know none of them, see ``element_ids``.
+        Those of many elements are not among them, as their elements change: see ``element_ids``.
         """
         return _RIGID_IDS[role](self)
 
-    def element_ids(self) -> tuple[GeometryId, ...]:
-        """Return the geometries with the proximity role that are many elements, sorted."""
-        return _element_ids(self)
+    def element_ids(self, role: Role) -> tuple[GeometryId, ...]:
+        """Return the geometries with a role that are many elements, sorted."""
+        return _ELEMENT_IDS[role](self)
 
     def role_arrays(self, role: Role) -> RoleArrays:
         """Return the rows of the rigid geometries with a role."""
@@ -286,32 +285,23 @@ def _rows_of(role: Role) -> Callable[[GeometryState], RoleArrays]:
     return rows
 
 
-def _rigid_ids_of(role: Role) -> Callable[[GeometryState], tuple[GeometryId, ...]]:
+def _ids_of(role: Role, kind: str) -> Callable[[GeometryState], tuple[GeometryId, ...]]:
     @derived(role)
     def ids(state: GeometryState) -> tuple[GeometryId, ...]:
-        rigid = (i for i in state.with_role[role] if not state.is_deformable(i))
-        if role is not Role.PROXIMITY:
-            return tuple(sorted(rigid))
-        records = state.geometries
-        return tuple(sorted(i for i in rigid if not isinstance(records[i].shape, ElementShape)))
+        of_role = state.with_role[role]
+        return tuple(sorted(i for i in of_role if _kind_of(state.geometries[i]) == kind))
 
     return ids
 
 
-def _deformable_ids_of(role: Role) -> Callable[[GeometryState], tuple[GeometryId, ...]]:
-    @derived(role)
-    def ids(state: GeometryState) -> tuple[GeometryId, ...]:
-        return tuple(sorted(i for i in state.with_role[role] if state.is_deformable(i)))
-
-    return ids
-
-
-@derived(Role.PROXIMITY)
-def _element_ids(state: GeometryState) -> tuple[GeometryId, ...]:
-    of_role = sorted(state.with_role[Role.PROXIMITY])
-    return tuple(i for i in of_role if isinstance(state.geometries[i].shape, ElementShape))
+def _kind_of(record: GeometryRecord) -> str:
+    """Return what places a geometry, beside the pose of its frame."""
+    if record.deformable is not None:
+        return "deformable"
+    return "elements" if isinstance(record.shape, ElementShape) else "rigid"
 
 
 _ROWS = {role: _rows_of(role) for role in ROLES}
-_RIGID_IDS = {role: _rigid_ids_of(role) for role in ROLES}
-_DEFORMABLE_IDS = {role: _deformable_ids_of(role) for role in ROLES}
+_RIGID_IDS = {role: _ids_of(role, "rigid") for role in ROLES}
+_DEFORMABLE_IDS = {role: _ids_of(role, "deformable") for role in ROLES}
+_ELEMENT_IDS = {role: _ids_of(role, "elements") for role in ROLES}

@@ -20,11 +20,9 @@ from scene_graph_ros.geometry.tables.holding import Holding
 __all__ = [
     "BEYOND",
     "BOX",
-    "GRID",
     "PlacedPoints",
     "PointTree",
     "borrowed_points",
-    "cell_of",
     "held_again",
     "place_points",
 ]
@@ -35,9 +33,6 @@ BOX = 7
 """Numbers of a child in its node: its box's lower and upper corner, and the largest radius."""
 BEYOND = 1e300
 """Where boxes are that fill a node up; their radius is -inf, so nothing is near them."""
-
-GRID = 62
-"""Cells of a grid of all points along each axis: bits of a number, which has a sign."""
 
 _BITS = 10
 """Of each coordinate, in a cell's number."""
@@ -63,10 +58,6 @@ class PointTree(NamedTuple):
     """``(2, 3)`` m: the corners of the box around all points."""
     radius: np.ndarray
     """``(2,)`` m: the largest, and the one of all that are alike."""
-    occupied: np.ndarray
-    """``(GRID, GRID)`` int64, by z and y: bit x is set where a point is in that cell of a grid."""
-    cells: np.ndarray
-    """``(3,)``: how many of the grid's cells there are in a metre along x, y and z."""
 
 
 class PlacedPoints(NamedTuple):
@@ -213,26 +204,6 @@ def _bound_node(tree, child, row, i):
     boxes[row, 6, i] = largest
 
 
-@inlined_kernel
-def cell_of(tree, axis, x):
-    """Return the grid's cell of a coordinate in G, also beyond the grid. It grows with x."""
-    return np.int64(min(max((x - tree.bounds[0, axis]) * tree.cells[axis], -1.0), GRID + 1.0))
-
-
-@inlined_kernel
-def _fill_grid(tree):
-    """Write in which cells points are."""
-    for axis in range(3):
-        extent = tree.bounds[1, axis] - tree.bounds[0, axis]
-        tree.cells[axis] = (GRID - 0.5) / extent if extent > 0.0 else 0.0
-    for leaf in range(len(tree.points)):
-        for i in range(LANES):
-            x = cell_of(tree, 0, tree.points[leaf, 0, i])
-            y = cell_of(tree, 1, tree.points[leaf, 1, i])
-            z = cell_of(tree, 2, tree.points[leaf, 2, i])
-            tree.occupied[z, y] |= np.int64(1) << x
-
-
 @lean_kernel
 def _fill(points, radii, order, tree):
     """Write all of a tree but where its levels start."""
@@ -261,7 +232,6 @@ def _fill(points, radii, order, tree):
                 tree.bounds[1, axis] = max(tree.bounds[1, axis], top[3 + axis, i])
     for i in range(LANES):
         tree.radius[0] = max(tree.radius[0], top[6, i])
-    _fill_grid(tree)
 
 
 def _new_tree(n: int, radii: FloatArray) -> PointTree:
@@ -282,8 +252,6 @@ def _new_tree(n: int, radii: FloatArray) -> PointTree:
         starts,
         np.full((2, 3), [[np.inf], [-np.inf]]),
         np.array([0.0, of_all]),
-        np.zeros((GRID if n else 0, GRID), np.int64),
-        np.zeros(3),
     )
 
 

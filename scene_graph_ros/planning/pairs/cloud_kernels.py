@@ -3,12 +3,12 @@
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.compiled.lanes import LANES, load_lanes, magnitude, store_lanes
 from scene_graph_ros.geometry.query.elements.element_places import tree_of
-from scene_graph_ros.geometry.spatial.vectors import relative_pose
 from scene_graph_ros.planning.pairs.bodies import place_bodies
-from scene_graph_ros.planning.pairs.cloud_scan import any_near, may_be_near
+from scene_graph_ros.planning.pairs.cloud_grid import may_be_near
+from scene_graph_ros.planning.pairs.cloud_scan import any_near
 from scene_graph_ros.robots.tree_kernels import LANES as CONFIGURATIONS
 
-__all__ = ["body_in_cloud", "box_of", "check_clouds", "exact_pose", "joined_box", "place_in_cloud"]
+__all__ = ["body_in_cloud", "box_of", "check_clouds", "joined_box", "place_in_cloud"]
 
 _FAR = (1e300, 1e300, 1e300), (-1e300, -1e300, -1e300)
 """Corners of a box of nothing."""
@@ -95,20 +95,6 @@ def body_in_cloud(bodies, table, scratch, a, k):
 
 
 @inlined_kernel
-def exact_pose(places, table, c, a, k):
-    """Return the pose of a body in a cloud's frame, as all that measures pairs has it."""
-    X, Y = places.X_WG[a], table.X_WC[c]
-    R_WA = (
-        X[0, k], X[1, k], X[2, k], X[4, k], X[5, k], X[6, k], X[8, k], X[9, k], X[10, k]
-    )  # fmt: skip
-    R_WC = (
-        Y[0, 0], Y[0, 1], Y[0, 2], Y[1, 0], Y[1, 1], Y[1, 2], Y[2, 0], Y[2, 1], Y[2, 2]
-    )  # fmt: skip
-    p_WA, p_WC = (X[3, k], X[7, k], X[11, k]), (Y[0, 3], Y[1, 3], Y[2, 3])
-    return relative_pose(R_WC, p_WC, R_WA, p_WA)
-
-
-@inlined_kernel
 def _first_in_group(held, bodies, table, scratch, tree, c, group, k, found, places):
     """Return the first pair of a group that is too near in configuration k, else ``found``."""
     slack, box = table.slacks[c], _FAR
@@ -116,7 +102,7 @@ def _first_in_group(held, bodies, table, scratch, tree, c, group, k, found, plac
         if table.pairs[m] < found:
             need = table.paddings[m] + slack
             box = joined_box(box, box_of(scratch, table.bodies[m], k, need))
-    if not may_be_near(tree, box[0], box[1]):
+    if not may_be_near(tree, table.counts[c], box[0], box[1]):
         return found
     is_one = table.groups[group, 1] - table.groups[group, 0] == 1
     for m in range(table.groups[group, 0], table.groups[group, 1]):
@@ -125,11 +111,11 @@ def _first_in_group(held, bodies, table, scratch, tree, c, group, k, found, plac
         a, need = table.bodies[m], table.paddings[m] + slack
         if not is_one:
             lower, upper = box_of(scratch, a, k, need)
-            if not may_be_near(tree, lower, upper):
+            if not may_be_near(tree, table.counts[c], lower, upper):
                 continue
-        body, X_CB = body_in_cloud(bodies, table, scratch, a, k), exact_pose(places, table, c, a, k)
+        body, where = body_in_cloud(bodies, table, scratch, a, k), (places, table, c, k)
         limit = table.paddings[m] - table.touching[m]
-        if any_near(held, tree, body, X_CB, need, limit, True, table.planes, scratch.guesses, a):
+        if any_near(held, tree, body, where, need, limit, True, scratch.guesses, a):
             found = table.pairs[m]
     return found
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.planning.pairs.checker_plan import CheckerPlan
+from scene_graph_ros.planning.pairs.cloud_grid import count_points
 from scene_graph_ros.robots.tree_kernels import LANES
 
 __all__ = ["CloudScratch", "CloudTable", "SplitPlan", "new_scratch", "split_of"]
@@ -49,6 +50,8 @@ class CloudTable(NamedTuple):
     """``(c, 3, 4)``."""
     slacks: np.ndarray
     """``(c,)`` metres: what rounding is allowed."""
+    counts: np.ndarray
+    """``(c, (CELLS + 1)^3)``: of each cloud's grid."""
     plane_starts: np.ndarray
     """``(r + 1,)``: where the planes of each of the robots' bodies begin; none: its box is all."""
     planes: np.ndarray
@@ -151,6 +154,7 @@ def _split(plan: CheckerPlan) -> SplitPlan | None:
         np.ascontiguousarray(X_CW),
         np.ascontiguousarray(X_WC),
         np.array([_slack(plan, cloud, X) for (cloud, _, _), X in zip(clouds, X_WC, strict=True)]),
+        np.stack([count_points(plan.shapes.clouds[cloud].tree) for cloud, _, _ in clouds]),
         starts,
         planes,
     )

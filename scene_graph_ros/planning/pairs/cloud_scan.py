@@ -1,8 +1,8 @@
 """Whether any ball of a cloud is nearer to a robot's body than a distance, by yes or no.
 
-That takes a fraction of the time of finding the distance. A grid of bits says where there are no
-points at all near the body's box; a tree of boxes which eight may be near; and planes between a
-hull and points which of these are not. What none of them decides, the distance of the point does.
+That takes a fraction of the time of finding the distance. A tree of boxes says which eight points
+may be near, and planes between a hull and points which of these are not. What neither decides, the
+distance of the point does.
 """
 
 import numpy as np
@@ -19,42 +19,16 @@ from scene_graph_ros.geometry.compiled.lanes import (
 from scene_graph_ros.geometry.compiled.stack_arrays import stack_array
 from scene_graph_ros.geometry.query.distance.pair_entry import PAIR_DISTANCE
 from scene_graph_ros.geometry.query.elements.element_places import first_cloud_of, measure_of
-from scene_graph_ros.geometry.tables.point_tree import BOX, cell_of, GRID
+from scene_graph_ros.geometry.spatial.vectors import relative_pose
+from scene_graph_ros.geometry.tables.point_tree import BOX
 
-__all__ = ["any_near", "may_be_near"]
+__all__ = ["any_near"]
 
 _STACK = 128
 _IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 
 _nodes = stack_array((_STACK, 2), np.int64)
 _pair_distance = PAIR_DISTANCE.call
-
-
-@inlined_kernel
-def may_be_near(tree, lower, upper):
-    """Tell whether balls may be in a box along the axes of C, by the grid of bits."""
-    if len(tree.occupied) == 0:
-        return False
-    radius = tree.radius[0]
-    x, last_x = cell_of(tree, 0, lower[0] - radius), cell_of(tree, 0, upper[0] + radius)
-    y, last_y = cell_of(tree, 1, lower[1] - radius), cell_of(tree, 1, upper[1] + radius)
-    z, last_z = cell_of(tree, 2, lower[2] - radius), cell_of(tree, 2, upper[2] + radius)
-    for axis in range(3):  # -1 becomes 0, so what is before the grid has to be told apart
-        if upper[axis] + radius < tree.bounds[0, axis]:
-            return False
-    x, y, z = max(x, 0), max(y, 0), max(z, 0)
-    last_x, last_y, last_z = min(last_x, GRID - 1), min(last_y, GRID - 1), min(last_z, GRID - 1)
-    if x > last_x or y > last_y or z > last_z:
-        return False
-    count = last_x - x + 1
-    mask = ((np.int64(1) << count) - 1) << x
-    found = np.int64(0)
-    for k in range(z, last_z + 1):
-        for j in range(y, last_y + 1):
-            found |= tree.occupied[k, j]
-        if found & mask != 0:
-            return True
-    return False
 
 
 @inlined_kernel
@@ -96,13 +70,28 @@ def _beyond_planes(x, y, z, radii, bits, body, need, planes, guesses, a):
 
 
 @inlined_kernel
-def any_near(held, tree, body, X_CB, need, limit, decides, planes, guesses, a):
+def _exact_pose(places, table, c, a, k):
+    """Return the pose of a body in a cloud's frame, as all that measures pairs has it."""
+    X, Y = places.X_WG[a], table.X_WC[c]
+    R_WA = (
+        X[0, k], X[1, k], X[2, k], X[4, k], X[5, k], X[6, k], X[8, k], X[9, k], X[10, k]
+    )  # fmt: skip
+    R_WC = (
+        Y[0, 0], Y[0, 1], Y[0, 2], Y[1, 0], Y[1, 1], Y[1, 2], Y[2, 0], Y[2, 1], Y[2, 2]
+    )  # fmt: skip
+    p_WA, p_WC = (X[3, k], X[7, k], X[11, k]), (Y[0, 3], Y[1, 3], Y[2, 3])
+    return relative_pose(R_WC, p_WC, R_WA, p_WA)
+
+
+@inlined_kernel
+def any_near(held, tree, body, where, need, limit, decides, guesses, a):
     """Tell whether a ball may be nearer than ``need`` (m) to a body; see ``body_in_cloud``.
 
-    With ``decides`` whether one is nearer than ``limit``, which is less, as exactly as any pair is
+    ``where`` are places, table, cloud of the table and configuration, which tell the pose. With ``decides`` whether one is nearer than ``limit``, which is less, as exactly as any pair is
     decided.
     """
-    R, _, middle, center, first, last, box, j = body
+    R, _, middle, _, first, last, box, j = body
+    places, table, c, k = where
     half = (box[0] + need, box[1] + need, box[2] + need)
     M = body[1]
     turned = (
@@ -147,7 +136,7 @@ def any_near(held, tree, body, X_CB, need, limit, decides, planes, guesses, a):
             x = R[0] * dx + R[3] * dy + R[6] * dz
             y = R[1] * dx + R[4] * dy + R[7] * dz
             z = R[2] * dx + R[5] * dy + R[8] * dz
-            bits = _beyond_planes(x, y, z, radii, bits, body, need, planes, guesses, a)
+            bits = _beyond_planes(x, y, z, radii, bits, body, need, table.planes, guesses, a)
         while bits != 0:
             i = lowest_bit(bits)
             bits &= bits - 1
@@ -155,8 +144,9 @@ def any_near(held, tree, body, X_CB, need, limit, decides, planes, guesses, a):
                 return True
             p = (tree.points[node, 0, i], tree.points[node, 1, i], tree.points[node, 2, i])
             radius = tree.radii[node, i] if has_radii else tree.radius[1]
-            most = limit if decides else need
-            arguments = held, first_cloud_of(held) - 1, j, (_IDENTITY, p), X_CB, most + radius, 0.0
+            most, X_CB = limit if decides else need, _exact_pose(places, table, c, a, k)
+            point, reach = first_cloud_of(held) - 1, max(most + radius, 0.0)
+            arguments = held, point, j, (_IDENTITY, p), X_CB, reach, 0.0
             if _pair_distance(measure_of(held), arguments)[0] - radius < most:
                 return True
     return False

@@ -11,6 +11,7 @@ from scene_graph_ros.geometry.accuracy import Accuracy, Engine
 from scene_graph_ros.geometry.errors import RoleError, UnsupportedPairError
 from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.model.records import refuse_deformable
+from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.query.arguments import checked_limit
 from scene_graph_ros.geometry.query.candidates.rows import candidate_rows
@@ -78,7 +79,7 @@ def _proximity_row(snapshot: Snapshot, geometry_id: GeometryId) -> int:
     ids = snapshot.proximity.ids
     row = int(np.searchsorted(ids, int(geometry_id)))
     if row == len(ids) or ids[row] != int(geometry_id):
-        if geometry_id in snapshot.state.element_ids():
+        if geometry_id in snapshot.state.element_ids(Role.PROXIMITY):
             return _OF_ELEMENTS
         raise RoleError(f"geometry {name!r} ({geometry_id!r}) has no proximity role")
     return row

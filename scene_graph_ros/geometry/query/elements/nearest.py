@@ -81,7 +81,7 @@ def push_sorted(nodes, gaps, count, begin, level, node, gap):
 @inlined_kernel
 def _point_distance(places, j, point, p, X_CB, limit, tolerance):
     """Return what PAIR_DISTANCE says of a point p in C and the shape of row j."""
-    arguments = places, point, j, (_IDENTITY, p), X_CB, limit, tolerance
+    arguments = places, point, j, (_IDENTITY, p), X_CB, max(limit, 0.0), tolerance
     return _pair_distance(measure_of(places), arguments)
 
 

@@ -61,9 +61,9 @@ class Clouds(NamedTuple):
         table = snapshot.proximity.table
         if not len(table.kind):
             return np.empty((0, 2), np.int64)
+        allowed = allowed & np.array([[cloud.count > 0] for cloud in self.table.clouds])
         if margin == np.inf:
-            has_points = np.array([cloud.count > 0 for cloud in self.table.clouds])
-            return np.argwhere(allowed & has_points[:, np.newaxis])
+            return np.argwhere(allowed)
         lower, upper = world_boxes(table, snapshot.X_WG)
         is_half_space = table.kind == ShapeKind.HALF_SPACE
         lower[is_half_space], upper[is_half_space] = -np.inf, np.inf
@@ -109,7 +109,7 @@ def _find_clouds(snapshot: Snapshot) -> Clouds:
 
 @derived(Part.FRAMES, Role.PROXIMITY)
 def _element_rows(state: GeometryState) -> RoleArrays:
-    return role_arrays([state.geometries[i] for i in state.element_ids()], state.layout())
+    return role_arrays([state.geometries[i] for i in state.element_ids(Role.PROXIMITY)], state.layout())
 
 
 @derived(Role.PROXIMITY)
