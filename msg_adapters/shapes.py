@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+import enum
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote, urlparse
@@ -23,9 +24,9 @@ from scene_graph_ros.geometry.shapes.convex import Convex
 from scene_graph_ros.geometry.shapes.cylinder import Cylinder
 from scene_graph_ros.geometry.shapes.ellipsoid import Ellipsoid
 from scene_graph_ros.geometry.shapes.half_space import HalfSpace
-from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.mesh import Mesh
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
+from scene_graph_ros.geometry.shapes.point_cloud import PointCloud
 from scene_graph_ros.geometry.shapes.shape import Shape
 from scene_graph_ros.geometry.shapes.sphere import Sphere
 
@@ -57,9 +58,10 @@ _PRIMITIVES: dict[int, tuple[type[Shape], tuple[str, ...]]] = {
 }
 _MESHES: dict[int, type[MeshShape]] = {ShapeMsg.CONVEX: Convex, ShapeMsg.MESH: Mesh}
 # By which constant of the message; those stay, whatever the order of ShapeKind becomes.
-_KINDS: dict[ShapeKind, int] = {
+_KINDS: dict[enum.IntEnum, int] = {
     **{cls.kind: kind for kind, (cls, _) in _PRIMITIVES.items()},
     **{cls.kind: kind for kind, cls in _MESHES.items()},
+    PointCloud.kind: ShapeMsg.POINT_CLOUD,
 }
 
 
@@ -92,7 +94,18 @@ def shape_from_msg(msg: ShapeMsg, resolve: Resolver = resolve_file) -> Shape:
         return cls(*(float(size) for size in msg.dimensions))
     if msg.kind in _MESHES:
         return _mesh_shape_from_msg(_MESHES[msg.kind], msg, resolve)
-    raise MessageError(f"shape kind {msg.kind} is unknown; known are 0 to {ShapeMsg.MESH}")
+    if msg.kind == ShapeMsg.POINT_CLOUD:
+        return _point_cloud_from_msg(msg)
+    known = max(_KINDS.values())
+    raise MessageError(f"shape kind {msg.kind} is unknown; known are 0 to {known}")
+
+
+def _point_cloud_from_msg(msg: ShapeMsg) -> PointCloud:
+    points = rows_from_msg(msg.vertices, 3, "PointCloud vertices")
+    if not len(msg.dimensions):
+        raise MessageError("PointCloud takes the dimensions radius, or one radius for each vertex")
+    radii = np.array(msg.dimensions, dtype=np.float64)
+    return PointCloud(points, float(radii[0]) if len(radii) == 1 else radii)
 
 
 def _mesh_shape_from_msg(cls: type[MeshShape], msg: ShapeMsg, resolve: Resolver) -> Shape:
@@ -135,6 +148,10 @@ def shape_to_msg(shape: Shape) -> ShapeMsg:
     if kind in _PRIMITIVES:
         _, fields = _PRIMITIVES[kind]
         return ShapeMsg(kind=kind, dimensions=[float(getattr(shape, f)) for f in fields])
+    if isinstance(shape, PointCloud):
+        msg = ShapeMsg(kind=kind, vertices=float64s_to_msg(shape.points))
+        msg.dimensions = np.atleast_1d(shape.radius).tolist()
+        return msg
     assert isinstance(shape, MeshShape)
     msg = ShapeMsg(kind=kind, scale=np.array(shape.scale, dtype=np.float64))
     if shape.path is not None:

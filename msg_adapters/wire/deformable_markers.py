@@ -54,7 +54,7 @@ class DeformableMarkers:
             if old is not None and old.item.item == item.item:
                 self._known[key] = _Known(item, old.wire)
             else:
-                marker = empty_marker(item.item, self._frame_id)
+                marker = self._empty_marker(item)
                 wire = TriangleListWire(self._serialize, marker, has_colors=False)
                 self._known[key] = _Known(item, wire)
         names = {_name(known) for known in self._known.values()}
@@ -90,11 +90,24 @@ class DeformableMarkers:
             if is_whole or self._sent.get(key) is not now.version:
                 self._sent[key] = now.version
                 (p_WVs,) = now.compute()
-                corners = p_WVs[item.triangles.ravel()]
-                appendices.append(_appendix(wire, corners, stamp_ns))
+                corners = self._corners(item, p_WVs)
+                if len(corners):
+                    appendices.append(_appendix(wire, corners, stamp_ns))
+                else:
+                    appendices.append(self._deletion(*_name(self._known[key]), stamp_ns))
         if not appendices:
             return data, 0
         return append_markers(data, appendices, self._fill), len(appendices)
+
+    def _empty_marker(self, item: DeformableItem) -> Marker:
+        """Return the marker of an item, without what changes."""
+        return empty_marker(item.item, self._frame_id)
+
+    def _corners(
+        self, item: DeformableItem, p_WVs: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return the marker's points of positions; without any it is deleted."""
+        return p_WVs[item.triangles.ravel()]
 
     def _deletion(self, ns: str, number: int, stamp_ns: int) -> Appendix:
         def piece(before: Sequence[Marker], key: int) -> bytes:

@@ -50,6 +50,7 @@ from scene_graph_ros.geometry.shapes.cylinder import Cylinder
 from scene_graph_ros.geometry.shapes.ellipsoid import Ellipsoid
 from scene_graph_ros.geometry.shapes.half_space import HalfSpace
 from scene_graph_ros.geometry.shapes.mesh import Mesh
+from scene_graph_ros.geometry.shapes.point_cloud import PointCloud
 from scene_graph_ros.geometry.shapes.shape import Shape
 from scene_graph_ros.geometry.shapes.sphere import Sphere
 
@@ -94,6 +95,7 @@ __all__ = [
     "Mesh",
     "PenetrationAsPointPair",
     "PerceptionProperties",
+    "PointCloud",
     "ProximityProperties",
     "QueryObject",
     "Rgba",

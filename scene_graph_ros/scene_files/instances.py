@@ -20,6 +20,7 @@ from scene_graph_ros.geometry import (
     IllustrationProperties,
     Mesh,
     PerceptionProperties,
+    PointCloud,
     ProximityProperties,
     Rgba,
     Shape,
@@ -46,6 +47,7 @@ from scene_graph_ros.scene_files.schema_shapes import (
     EllipsoidSpec,
     HalfSpaceSpec,
     MeshSpec,
+    PointCloudSpec,
     ShapeSpec,
     SphereSpec,
 )
@@ -111,6 +113,8 @@ def shape_from_spec(spec: ShapeSpec, resolve: Callable[[str], Path]) -> Shape:
             return Mesh(
                 vertices=np.array(spec.vertices), faces=np.array(spec.faces), scale=spec.scale
             )
+        case PointCloudSpec():
+            return PointCloud(spec.points, spec.radius)
 
 
 def instance_from_spec(

@@ -21,6 +21,7 @@ from scene_graph_ros.geometry import (
     Ellipsoid,
     HalfSpace,
     Mesh,
+    PointCloud,
     Rgba,
     Shape,
     Sphere,
@@ -96,6 +97,10 @@ def shape_to_spec(shape: Shape, name: str, files: SavedFiles) -> dict[str, Any]:
             return {"type": "ellipsoid", "semi_axes": [shape.a, shape.b, shape.c]}
         case HalfSpace():
             return {"type": "half_space"}
+        case PointCloud():
+            radius = shape.radius
+            known = radius.tolist() if isinstance(radius, np.ndarray) else radius
+            return {"type": "point_cloud", "radius": known, "points": shape.points.tolist()}
         case Mesh() | Convex():
             return _mesh_to_spec(shape, name, files)
     raise SceneSaveError(f"geometry {name!r}: a scene file has no shape {shape.type_name}")

@@ -16,12 +16,14 @@ __all__ = [
     "EllipsoidSpec",
     "HalfSpaceSpec",
     "MeshSpec",
+    "PointCloudSpec",
     "ShapeSpec",
     "SphereSpec",
 ]
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Size = Annotated[Number, Field(gt=0.0, le=MAX_SHAPE_SIZE)]
+Radius = Annotated[Number, Field(ge=0.0, le=MAX_SHAPE_SIZE)]
 Sizes = Annotated[list[Size], Field(min_length=3, max_length=3)]
 Scale = Number | Annotated[list[Number], Field(min_length=3, max_length=3)]
 Vertex = Annotated[list[Number], Field(min_length=3, max_length=3)]
@@ -110,6 +112,16 @@ class MeshSpec(_Spec):
         return self
 
 
+class PointCloudSpec(_Spec):
+    """Balls about points, as a sensor sees them; others are set while the scene runs."""
+
+    type: Literal["point_cloud"]
+    radius: Radius | list[Radius] = Field(
+        description="Of all balls, or of each: half the sensor's resolution at least."
+    )
+    points: list[Vertex] = Field([], description="The centres to begin with, none by default.")
+
+
 ShapeSpec = Annotated[
     SphereSpec
     | BoxSpec
@@ -118,6 +130,7 @@ ShapeSpec = Annotated[
     | EllipsoidSpec
     | HalfSpaceSpec
     | ConvexSpec
-    | MeshSpec,
+    | MeshSpec
+    | PointCloudSpec,
     Field(discriminator="type"),
 ]

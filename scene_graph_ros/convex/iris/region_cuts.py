@@ -160,6 +160,7 @@ def _near(
         beyond = slack > _ROUNDING * (np.abs(centers).max(axis=1) + radii + np.abs(sides).max())
     deformable = inspector.get_all_deformable_geometry_ids()
     soft = {*deformable} & {*inspector.get_all_geometry_ids(Role.PROXIMITY)}
+    soft |= {*snapshot.state.element_ids(Role.PROXIMITY)}
     wanted = [each for each, away in zip(ids, beyond.tolist(), strict=True) if not away]
     return [
         SceneObstacle(each, convex_set)

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from scene_graph_ros.convex.errors import ConvexSetError
+from scene_graph_ros.convex.iris.cloud_obstacles import sets_of_cloud
 from scene_graph_ros.convex.sets.cartesian_product import CartesianProduct
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.convex.sets.from_shapes import placed_shape
@@ -28,6 +29,7 @@ from scene_graph_ros.geometry.shapes.cylinder import Cylinder
 from scene_graph_ros.geometry.shapes.ellipsoid import Ellipsoid
 from scene_graph_ros.geometry.shapes.half_space import HalfSpace
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
+from scene_graph_ros.geometry.shapes.point_cloud import PointCloud
 from scene_graph_ros.geometry.shapes.shape import Shape
 from scene_graph_ros.geometry.shapes.sphere import Sphere
 
@@ -48,7 +50,7 @@ def make_iris_obstacles(
     """Return all geometry with the proximity role as sets, where it is in the query's snapshot.
 
     In a frame, the world by default. Meshes are taken by their hulls, those in pieces by
-    those of the pieces. Raises UnknownIdError for a
+    those of the pieces; clouds by their balls, large ones by boxes around eight of them. Raises UnknownIdError for a
     frame that is not there, ConvexSetError for deformable geometry, which is not convex.
     """
     check_query(query, "make_iris_obstacles")
@@ -88,7 +90,7 @@ def obstacles_of(query: QueryObject, geometry_id: GeometryId) -> list[ConvexSet]
     """Return convex sets in the world that hold a geometry.
 
     It is the geometry itself, or the hull of a mesh, or of the vertices of what is deformable; of
-    a mesh in pieces those of the pieces.
+    a mesh in pieces those of the pieces; of a cloud its balls, or boxes around eight of them.
     """
     if query.inspector().is_deformable(geometry_id):
         return [VPolytope(query.get_configurations_in_world(geometry_id))]
@@ -99,6 +101,8 @@ def obstacles_of(query: QueryObject, geometry_id: GeometryId) -> list[ConvexSet]
 def _sets_of_shape(
     query: Any, geometry_id: Any, frame: FrameId | None, shape: Shape, X_FG: np.ndarray
 ) -> list[ConvexSet]:
+    if isinstance(shape, PointCloud):
+        return sets_of_cloud(query.snapshot.point_set(geometry_id), X_FG)
     if not isinstance(shape, MeshShape):
         return [_set_of_shape(query, geometry_id, frame, shape, X_FG)]
     R_FG, p_FG = X_FG[:3, :3], X_FG[:3, 3]

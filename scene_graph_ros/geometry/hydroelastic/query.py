@@ -17,6 +17,7 @@ from scene_graph_ros.geometry.hydroelastic.driver import solve_surfaces
 from scene_graph_ros.geometry.hydroelastic.element_table import build_element_table, ElementTable
 from scene_graph_ros.geometry.model.contact_properties import MATERIAL_GROUP
 from scene_graph_ros.geometry.model.derived import derived
+from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.model.state import GeometryState
@@ -64,7 +65,7 @@ def compute_contact_surfaces(
     chosen = as_representation(representation)
     table = _element_table(snapshot.state)
     with_surface, others = _candidates(snapshot, table)
-    if len(others):
+    if len(others) or snapshot.proximity.has_elements:
         _refuse_contact(snapshot, table, others)
     return _surfaces(snapshot, table, with_surface, chosen)
 
@@ -75,18 +76,25 @@ def _refuse_contact(snapshot: Snapshot, table: ElementTable, others: NDArray[np.
     settings = Settings(snapshot.state.accuracy, Engine.NATIVE)
     penetrations = penetrations_of(snapshot, others, settings, query)
     if len(penetrations):
-        ids = snapshot.proximity.ids
-        names = []
-        for id_ in (penetrations.id_A[0], penetrations.id_B[0]):
-            row = int(np.searchsorted(ids, id_))
-            word = _WORDS[BodyKind(table.kind[row])]
-            names.append(f"{describe(snapshot, row)}, which is {word}")
+        both = (penetrations.id_A[0], penetrations.id_B[0])
+        names = [_described(snapshot, table, int(id_)) for id_ in both]
         raise UnsupportedPairError(
             f"{query}: {names[0]}, against {names[1]}, has no contact surface: one side must be"
             " compliant, and one be no half space. Declare hydroelastic properties, filter the"
             " pair, or ask compute_contact_surfaces_with_fallback for points where there is no"
             " surface."
         )
+
+
+def _described(snapshot: Snapshot, table: ElementTable, id_: int) -> str:
+    """Name a geometry in a message, and say why it may have no surface."""
+    row = int(np.searchsorted(snapshot.proximity.ids, id_))
+    if row < len(snapshot.proximity.ids) and snapshot.proximity.ids[row] == id_:
+        return f"{describe(snapshot, row)}, which is {_WORDS[BodyKind(table.kind[row])]}"
+    geometry_id = GeometryId(id_)
+    record = snapshot.state.geometry(geometry_id)
+    kind = f"{record.shape.type_name} {record.name!r} ({geometry_id!r})"
+    return f"{kind}, which is of many elements without pressure"
 
 
 def compute_contact_surfaces_with_fallback(

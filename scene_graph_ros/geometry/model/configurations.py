@@ -1,8 +1,8 @@
-"""What a source says of where the vertices of its deformable geometries are, checked."""
+"""What a source says of its geometries beside poses, checked: vertices that deform, and points."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -11,37 +11,70 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.errors import InvalidConfigurationError, OwnershipError
 from scene_graph_ros.geometry.model.deformable import Configuration
 from scene_graph_ros.geometry.model.ids import GeometryId, SourceId
-from scene_graph_ros.geometry.model.records import deformable_of
+from scene_graph_ros.geometry.model.point_set import new_points, PointSet
+from scene_graph_ros.geometry.model.records import deformable_of, GeometryRecord
 from scene_graph_ros.geometry.model.state import GeometryState
+from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array
+from scene_graph_ros.geometry.shapes.point_cloud import PointCloud
 from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
 
-__all__ = ["checked_configurations"]
+__all__ = ["checked_configurations", "checked_point_sets", "is_of"]
 
 
 def checked_configurations(
     state: GeometryState, source_id: SourceId, configurations: Any
 ) -> dict[GeometryId, Configuration]:
     """Return what a source says of its geometries, or raise; see Context.set_configurations."""
-    state.require_source(source_id)
-    if not isinstance(configurations, Mapping):
-        raise TypeError(
-            f"configurations must map geometry ids to vertex positions, not {configurations!r}"
-        )
-    source = state.source_names[source_id]
     result = {}
-    for geometry_id, value in configurations.items():
+    for record, label, value in _own(state, source_id, configurations, "vertex positions", "q_WG"):
+        deformable = deformable_of(record)
+        q_WG = _checked_positions(value, len(deformable.mesh.vertices), label)
+        result[record.id] = Configuration(deformable, q_WG)
+    return result
+
+
+def checked_point_sets(
+    state: GeometryState, source_id: SourceId, points: Any
+) -> dict[GeometryId, PointSet]:
+    """Return what a source says of its clouds, or raise; see Context.set_points."""
+    result = {}
+    for record, label, value in _own(state, source_id, points, "points", "p_GPs"):
+        shape = record.shape
+        if not isinstance(shape, PointCloud):
+            raise InvalidConfigurationError(
+                f"{label}: it is a {shape.type_name}, whose points can't be set; register a"
+                " PointCloud"
+            )
+        result[record.id] = new_points(shape, value, label)
+    return result
+
+
+def is_of(value: Configuration | PointSet, record: GeometryRecord | None) -> bool:
+    """Tell whether what was set is of the geometry that has its id now, if any."""
+    if record is None:
+        return False
+    if isinstance(value, Configuration):
+        return record.deformable is value.deformable
+    return record.shape is value.shape
+
+
+def _own(
+    state: GeometryState, source_id: SourceId, given: Any, what: str, symbol: str
+) -> Iterator[tuple[GeometryRecord, str, Any]]:
+    """Yield record, label and value of each geometry in a mapping, which must be the source's."""
+    state.require_source(source_id)
+    if not isinstance(given, Mapping):
+        raise TypeError(f"a mapping of geometry ids to {what} is needed, not {quoted(given)}")
+    source = state.source_names[source_id]
+    for geometry_id, value in given.items():
         record = state.geometry(geometry_id)
         if record.source_id != source_id:
             raise OwnershipError(
                 f"geometry {record.name!r} ({geometry_id!r}) belongs to source"
-                f" {state.source_names[record.source_id]!r}: {source!r} cannot deform it"
+                f" {state.source_names[record.source_id]!r}: {source!r} can't set its {what}"
             )
-        deformable = deformable_of(record)
-        label = f"q_WG of geometry {record.name!r} of source {source!r}"
-        q_WG = _checked_positions(value, len(deformable.mesh.vertices), label)
-        result[geometry_id] = Configuration(deformable, q_WG)
-    return result
+        yield record, f"{symbol} of geometry {record.name!r} of source {source!r}", value
 
 
 def _checked_positions(value: Any, count: int, label: str) -> NDArray[np.float64]:

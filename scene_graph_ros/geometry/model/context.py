@@ -11,8 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.errors import InvalidPoseError, OwnershipError
 from scene_graph_ros.geometry.loans import Lender
-from scene_graph_ros.geometry.model.configurations import checked_configurations
-from scene_graph_ros.geometry.model.deformable import Configuration
+from scene_graph_ros.geometry.model.configurations import (
+    checked_configurations,
+    checked_point_sets,
+    is_of,
+)
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
 from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
 from scene_graph_ros.geometry.model.layout import FrameLayout
@@ -21,6 +24,7 @@ from scene_graph_ros.geometry.model.owner import ModelOwner
 from scene_graph_ros.geometry.model.snapshot import (
     NO_CONFIGURATIONS,
     refuse_frame_pose,
+    SetValue,
     Snapshot,
     stacked_poses,
 )
@@ -46,7 +50,8 @@ class _Moment(NamedTuple):
     """(f, 4, 4) in the layout's rows; written to while no snapshot has it."""
     lender: Lender
     """Of such arrays."""
-    configurations: Mapping[GeometryId, Configuration]
+    configurations: Mapping[GeometryId, SetValue]
+    """Where vertices that deform are, and which points clouds have, as far as any were set."""
     pose_version: int
 
     def with_poses(self, X_PF: NDArray[np.float64]) -> _Moment:
@@ -91,7 +96,7 @@ class Context(ModelOwner):
 
     @property
     def pose_version(self) -> int:
-        """A number that grows with every change of a pose or a configuration."""
+        """A number that grows with every change of a pose, a configuration or a cloud."""
         return self._moment.pose_version
 
     @property
@@ -194,19 +199,44 @@ class Context(ModelOwner):
         for an unknown source or geometry; OwnershipError for a geometry of another source.
         """
         with self._lock:
-            state, moment = self.state, self._moment
-            accepted = checked_configurations(state, source_id, configurations)
-            if accepted:
-                # Those of geometries that were removed meanwhile are let go.
-                known = {
-                    geometry_id: configuration
-                    for geometry_id, configuration in moment.configurations.items()
-                    if (record := state.geometries.get(geometry_id)) is not None
-                    and record.deformable is configuration.deformable
-                }
-                self._moment = moment._replace(
-                    configurations=known | accepted, pose_version=next(_pose_versions)
-                )
+            self._take(checked_configurations(self.state, source_id, configurations))
+
+    def set_points(self, source_id: SourceId, points: Mapping[GeometryId, Any]) -> None:
+        """Give clouds of a source other points.
+
+        ``points`` maps ids of geometries that are a `PointCloud` to positions ``(n, 3)`` in G, in
+        m, any n, also 0; or to a pair of these and radii ``(n,)``, in m, which a cloud with a
+        radius for each point needs. Others keep their points. Either all are taken (and copied)
+        or, if an error is raised, none: InvalidConfigurationError naming source and geometry for
+        what is no cloud, for arrays of another shape or type, and, by its index, for a point that
+        is not finite or a radius out of range; UnknownIdError for an unknown source or geometry;
+        OwnershipError for a geometry of another source.
+        """
+        with self._lock:
+            self._take(checked_point_sets(self.state, source_id, points))
+
+    def points(self, geometry_id: GeometryId) -> NDArray[np.float64]:
+        """Return the points ``(n, 3)`` of a cloud in G, in m, in the order they were set in.
+
+        Read-only. Raises UnknownIdError for an unknown geometry, InvalidConfigurationError for
+        what is no cloud.
+        """
+        return self.snapshot.point_set(geometry_id).points
+
+    def _take(self, accepted: Mapping[GeometryId, SetValue]) -> None:
+        """Put another moment in place, with some of its geometries set anew."""
+        if not accepted:
+            return
+        state, moment = self.state, self._moment
+        # Those of geometries that were removed meanwhile are let go.
+        known = {
+            geometry_id: value
+            for geometry_id, value in moment.configurations.items()
+            if is_of(value, state.geometries.get(geometry_id))
+        }
+        self._moment = moment._replace(
+            configurations=known | accepted, pose_version=next(_pose_versions)
+        )
 
     def configuration(self, geometry_id: GeometryId) -> NDArray[np.float64]:
         """Return the positions ``(v, 3)`` of a deformable geometry's vertices in W, read-only.

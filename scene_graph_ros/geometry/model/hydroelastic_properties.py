@@ -10,10 +10,16 @@ from scene_graph_ros.geometry.errors import PropertyError
 from scene_graph_ros.geometry.model.contact_properties import HYDROELASTIC_GROUP
 from scene_graph_ros.geometry.model.properties import ProximityProperties
 from scene_graph_ros.geometry.property_errors import PropertyValueError
+from scene_graph_ros.geometry.shapes.element_shape import ElementShape
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.shape import Shape
 
-__all__ = ["Compliance", "HydroelasticProperties", "read_hydroelastic_properties"]
+__all__ = [
+    "Compliance",
+    "HydroelasticProperties",
+    "read_hydroelastic_properties",
+    "refuse_elements",
+]
 
 _CURVED = (ShapeKind.SPHERE, ShapeKind.CAPSULE, ShapeKind.CYLINDER, ShapeKind.ELLIPSOID)
 
@@ -79,6 +85,16 @@ def read_hydroelastic_properties(
             raise _missing("slab_thickness", name, "a compliant half space")
     margin = _number(properties, "margin", name, may_be_zero=True)
     return HydroelasticProperties(True, hint, modulus, slab, margin or 0.0)
+
+
+def refuse_elements(shape: Shape, properties: ProximityProperties, name: str) -> None:
+    """Raise PropertyError for a shape of many elements that is to have contact surfaces."""
+    word = properties.get_property_or_default(HYDROELASTIC_GROUP, "compliance_type", None)
+    if isinstance(shape, ElementShape) and word not in (None, Compliance.UNDEFINED.value):
+        raise PropertyError(
+            f"{_label('compliance_type', name)} must not be there: a {shape.type_name} has no"
+            " contact surfaces"
+        )
 
 
 def _label(name: str, geometry: str) -> str:

@@ -12,6 +12,7 @@ from scene_graph_ros.geometry.model.contact_properties import MESH_GROUP, uses_t
 from scene_graph_ros.geometry.model.derived import derived, Part, renewed
 from scene_graph_ros.geometry.model.hydroelastic_properties import (
     read_hydroelastic_properties,
+    refuse_elements,
 )
 from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.model.layout import RoleArrays
@@ -51,6 +52,8 @@ class ProximityArrays(NamedTuple):
     """(n, 4, 4) pose in that frame."""
     is_anchored: NDArray[np.bool_]
     """(n,) whether the frame is the world."""
+    has_elements: bool
+    """Whether there are shapes of many elements beside these, see ``GeometryState.element_ids``."""
     filter_bits: NDArray[np.uint8] | None
     """(n, ceil(n / 8)) or None without any: pair (i, j) was excluded by a declaration where
     ``(filter_bits[i, j >> 3] >> (j & 7)) & 1``; pairs on one frame are not marked."""
@@ -79,6 +82,7 @@ def check_proximity(record: GeometryRecord, properties: GeometryProperties) -> G
     shape = mesh_meant(record.shape, properties)
     if shape is not record.shape:
         record = record._replace(shape=shape)
+    refuse_elements(record.shape, properties, record.name)
     read_hydroelastic_properties(record.shape, properties, record.name)
     read_mesh_data(record.shape, properties, record.name)
     return record
@@ -110,6 +114,7 @@ def proximity_arrays(state: GeometryState) -> ProximityArrays:
         frame=rows.frame,
         X_FG=rows.X_FG,
         is_anchored=rows.frame == 0,
+        has_elements=bool(state.element_ids(Role.PROXIMITY)),
         filter_bits=_filter_bits(state),
     )
 

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.errors import InvalidPoseError, OwnershipError
+from scene_graph_ros.geometry.errors import (
+    InvalidConfigurationError,
+    InvalidPoseError,
+    OwnershipError,
+)
 from scene_graph_ros.geometry.loans import Lender
 from scene_graph_ros.geometry.model.deformable import Configuration
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
@@ -17,6 +21,7 @@ from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
 from scene_graph_ros.geometry.model.layout import FrameLayout, RoleArrays
 from scene_graph_ros.geometry.model.memory import Memory
 from scene_graph_ros.geometry.model.no_copies import NotCopied
+from scene_graph_ros.geometry.model.point_set import initial_points, PointSet
 from scene_graph_ros.geometry.model.proximity import proximity_arrays, ProximityArrays
 from scene_graph_ros.geometry.model.records import (
     deformable_of,
@@ -26,6 +31,7 @@ from scene_graph_ros.geometry.model.records import (
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.state import GeometryState
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.shapes.point_cloud import PointCloud
 from scene_graph_ros.geometry.spatial.pose_kernels import (
     store_poses,
     VALID,
@@ -35,14 +41,17 @@ from scene_graph_ros.geometry.spatial.pose_kernels import (
 from scene_graph_ros.geometry.spatial.poses import refuse_pose, to_pose_array
 from scene_graph_ros.geometry.spatial.sums import product
 
-__all__ = ["NO_CONFIGURATIONS", "Snapshot", "refuse_frame_pose", "stacked_poses"]
+__all__ = ["NO_CONFIGURATIONS", "SetValue", "Snapshot", "refuse_frame_pose", "stacked_poses"]
 
 Poses = NDArray[np.float64]
 
 _PROXIMITY = Role.PROXIMITY  # a look-up of a member takes longer
 
-NO_CONFIGURATIONS: Mapping[GeometryId, Configuration] = MappingProxyType({})
-"""Every deformable geometry is in its reference configuration."""
+SetValue: TypeAlias = Configuration | PointSet
+"""What is set of a geometry beside poses."""
+
+NO_CONFIGURATIONS: Mapping[GeometryId, SetValue] = MappingProxyType({})
+"""Every deformable geometry is in its reference configuration, every cloud has its first points."""
 
 
 def refuse_frame_pose(name: str, status: int, value: Any) -> Exception:
@@ -99,6 +108,7 @@ class Snapshot(NotCopied):
         "_configurations",
         "_layout",
         "_proximity",
+        "elements",
         "memory",
         "pose_version",
         "state",
@@ -110,13 +120,13 @@ class Snapshot(NotCopied):
         X_PF: Poses,
         pose_version: int,
         memory: Memory | None = None,
-        configurations: Mapping[GeometryId, Configuration] = NO_CONFIGURATIONS,
+        configurations: Mapping[GeometryId, SetValue] = NO_CONFIGURATIONS,
         before: Snapshot | None = None,
     ) -> None:
         """Take a shared state, and poses ``(f, 4, 4)`` in its layout that nobody writes to.
 
         Deformable geometries that ``configurations`` does not name are in their reference
-        configuration. What a snapshot ``before`` knows of the same state is not looked up again.
+        configuration, clouds have the points that they were registered with. What a snapshot ``before`` knows of the same state is not looked up again.
         """
         assert state.shared
         self.state = state
@@ -126,6 +136,8 @@ class Snapshot(NotCopied):
         if before is not None and before.state is state:
             self._layout, self._proximity = before._layout, before._proximity
         self._configurations = configurations
+        self.elements: Any = None
+        """What queries know of its shapes of many elements, once one has asked."""
         self._X_PF = X_PF
         self._X_WF: Poses | None = None
         self._X_WG: dict[Role, Poses] = {}
@@ -249,8 +261,31 @@ class Snapshot(NotCopied):
         deformable = deformable_of(self.state.geometry(geometry_id))
         known = self._configurations.get(geometry_id)
         # The same id may have been registered anew, after a removal, with another mesh.
-        if known is None or known.deformable is not deformable:
+        if not isinstance(known, Configuration) or known.deformable is not deformable:
             return deformable.reference
+        return known
+
+    @property
+    def configurations(self) -> Mapping[GeometryId, SetValue]:
+        """What was set of geometries beside poses, not to be written to."""
+        return self._configurations
+
+    def point_set(self, geometry_id: GeometryId) -> PointSet:
+        """Return the points that a cloud has.
+
+        Raises UnknownIdError for an unknown geometry, InvalidConfigurationError for what is no
+        PointCloud.
+        """
+        record = self.state.geometry(geometry_id)
+        shape = record.shape
+        if not isinstance(shape, PointCloud):
+            raise InvalidConfigurationError(
+                f"geometry {record.name!r} ({geometry_id!r}) is a {shape.type_name}, which has no"
+                " points"
+            )
+        known = self._configurations.get(geometry_id)
+        if not isinstance(known, PointSet) or known.shape is not shape:
+            return initial_points(shape)
         return known
 
     def driven_mesh_configurations(self, geometry_id: GeometryId, role: Role) -> list[Poses]:

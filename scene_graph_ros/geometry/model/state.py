@@ -34,6 +34,7 @@ from scene_graph_ros.geometry.model.records import (
 from scene_graph_ros.geometry.model.renderer import Renderer
 from scene_graph_ros.geometry.model.roles import checked_role, Role
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.shapes.element_shape import ElementShape
 
 if TYPE_CHECKING:
     from scene_graph_ros.geometry.model.driven_mesh import DrivenMesh
@@ -135,8 +136,15 @@ class GeometryState:
         return _layout(self)
 
     def rigid_ids(self, role: Role) -> tuple[GeometryId, ...]:
-        """Return the rigid geometries with a role, sorted: the rows of ``role_arrays``."""
+        """Return the rigid geometries with a role, sorted: the rows of ``role_arrays``.
+
+        Those of many elements are not among them, as their elements change: see ``element_ids``.
+        """
         return _RIGID_IDS[role](self)
+
+    def element_ids(self, role: Role) -> tuple[GeometryId, ...]:
+        """Return the geometries with a role that are many elements, sorted."""
+        return _ELEMENT_IDS[role](self)
 
     def role_arrays(self, role: Role) -> RoleArrays:
         """Return the rows of the rigid geometries with a role."""
@@ -281,15 +289,23 @@ def _rows_of(role: Role) -> Callable[[GeometryState], RoleArrays]:
     return rows
 
 
-def _ids_of(role: Role, *, deform: bool) -> Callable[[GeometryState], tuple[GeometryId, ...]]:
+def _ids_of(role: Role, kind: str) -> Callable[[GeometryState], tuple[GeometryId, ...]]:
     @derived(role)
     def ids(state: GeometryState) -> tuple[GeometryId, ...]:
         of_role = state.with_role[role]
-        return tuple(sorted(i for i in of_role if state.is_deformable(i) is deform))
+        return tuple(sorted(i for i in of_role if _kind_of(state.geometries[i]) == kind))
 
     return ids
 
 
+def _kind_of(record: GeometryRecord) -> str:
+    """Return what places a geometry, beside the pose of its frame."""
+    if record.deformable is not None:
+        return "deformable"
+    return "elements" if isinstance(record.shape, ElementShape) else "rigid"
+
+
 _ROWS = {role: _rows_of(role) for role in ROLES}
-_RIGID_IDS = {role: _ids_of(role, deform=False) for role in ROLES}
-_DEFORMABLE_IDS = {role: _ids_of(role, deform=True) for role in ROLES}
+_RIGID_IDS = {role: _ids_of(role, "rigid") for role in ROLES}
+_DEFORMABLE_IDS = {role: _ids_of(role, "deformable") for role in ROLES}
+_ELEMENT_IDS = {role: _ids_of(role, "elements") for role in ROLES}

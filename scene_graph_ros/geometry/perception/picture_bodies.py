@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.perception.exact.ball_bodies import taken
 from scene_graph_ros.geometry.perception.exact.bodies import Bodies
 from scene_graph_ros.geometry.perception.exact.cover import BY_TRIANGLE, Cover
 
@@ -19,7 +20,7 @@ def with_one_picture_each(bodies: Bodies, cover: Cover) -> tuple[Bodies, Cover]:
     if not (cover.picture == BY_TRIANGLE).any():
         return bodies, cover
     rows, parts = _rows_and_parts(bodies, cover)
-    result, covered = _taken(bodies, cover, rows)
+    result, covered = taken(bodies, cover, rows)
     vertices, triangles, paint = [bodies.vertices], [bodies.triangles], [bodies.paint]
     vertex_start, triangle_start = list(bodies.vertex_start), list(bodies.triangle_start)
     corners, count = [cover.corners], len(cover.corners)
@@ -68,18 +69,6 @@ def _rows_and_parts(
             parts[len(rows)] = part
             rows.append(row)
     return np.array(rows, np.int64), parts
-
-
-def _taken(bodies: Bodies, cover: Cover, rows: NDArray[np.int64]) -> tuple[Bodies, Cover]:
-    """Return some rows, new arrays of them; what they share is that of the former."""
-    of_bodies = (
-        "kind", "size", "X_WG", "center", "radius", "mesh", "label", "diffuse", "is_painted",
-    )  # fmt: skip
-    of_cover = ("alpha", "is_transparent", "repeats", "picture", "first")
-    return (
-        bodies._replace(**{name: getattr(bodies, name)[rows] for name in of_bodies}),
-        cover._replace(**{name: getattr(cover, name)[rows] for name in of_cover}),
-    )
 
 
 def _parts(bodies: Bodies, cover: Cover, row: int) -> list[NDArray[np.int64]]:

@@ -1,6 +1,6 @@
 """Queries whose code is imported when they are first asked.
 
-What they need - bodies with pressure fields, tetrahedra, kernels - costs a scene nothing as long
+So are parts of queries that only some scenes need. What they need - bodies with pressure fields, tetrahedra, kernels - costs a scene nothing as long
 as nobody asks. They are in packages above this one, so they are known here by name only.
 """
 
@@ -25,6 +25,17 @@ ON_DEMAND = {
     ),
     "ask_what_if": "scene_graph_ros.geometry.query.what_if:ask_what_if",
     "cell_html": "scene_graph_ros.views.notebook:cell_html",
+    **{
+        name: f"scene_graph_ros.geometry.query.elements.{module}:{name}"
+        for module, name in (
+            ("ask", "candidates_with_elements"),
+            ("ask", "distances_with_elements"),
+            ("ask", "elements_collide"),
+            ("ask", "pair_distance_of_elements"),
+            ("ask", "penetrations_with_elements"),
+            ("points", "point_distances_with_elements"),
+        )
+    },
     "render_images": "scene_graph_ros.geometry.perception.query:render_images",
     "render_one": "scene_graph_ros.geometry.perception.query:render_one",
 }

@@ -39,6 +39,9 @@ if TYPE_CHECKING:
 
     from scene_graph_ros.geometry.model.state import GeometryState
 
+_OF_ELEMENTS = frozenset({"element", "element_A", "element_B"})
+"""Columns that only tables of scenes with shapes of many elements have among ``columns``."""
+
 FloatArray = NDArray[np.float64]
 Record = TypeVar("Record")
 
@@ -84,6 +87,10 @@ class PenetrationAsPointPair:
     """Metres, or None: the certificate; see ``SignedDistancePair``, also for the next."""
     decided_by: Mechanism | None = None
     """Or None."""
+    element_A: int = -1
+    """Which element of A decides, if A is a shape of many, such as a point of a cloud; else -1."""
+    element_B: int = -1
+    """The same of B."""
 
 
 @one_line()
@@ -125,6 +132,10 @@ class SignedDistancePair:
     decided_by: Mechanism | None = None
     """Or None: what found the distance. It comes with the certificate; see the page
     ``docs/narrowphase.md`` for what each proves."""
+    element_A: int = -1
+    """Which element of A decides, if A is a shape of many, such as a point of a cloud; else -1."""
+    element_B: int = -1
+    """The same of B."""
 
 
 @one_line()
@@ -143,6 +154,9 @@ class SignedDistanceToPoint:
     """False where the nearest point, and so the gradient, is a choice among several."""
     point: int = 0
     """Index of Q in a batch of points."""
+    element: int = -1
+    """Which element of G is nearest, if G is a shape of many, such as a point of a cloud; else -1.
+    """
 
 
 @one_line("length")
@@ -213,6 +227,8 @@ class ResultTable(Sequence[Record], Generic[Record]):
         try:
             return object.__getattribute__(self, "_columns")[name]
         except KeyError:
+            if name in _OF_ELEMENTS and name in self.record_type.__dataclass_fields__:
+                return np.full(len(self), -1)  # of a scene without shapes of many elements
             raise AttributeError(f"{type(self).__name__} has no column {name!r}") from None
 
     def __dir__(self) -> list[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import abc
 import dataclasses
+import enum
 import math
 from typing import Any, ClassVar
 
@@ -26,7 +27,8 @@ class Shape:
     """
 
     __slots__ = ()
-    kind: ClassVar[ShapeKind]
+    kind: ClassVar[enum.IntEnum]
+    """A ShapeKind, or an ElementKind."""
 
     @property
     def type_name(self) -> str:

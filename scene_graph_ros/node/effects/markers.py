@@ -72,6 +72,7 @@ class RoleMarkers:
         self._rows: list[int] | None = None
         self._placed = 0
         self._deformables: RoleDeformables | None = None
+        self._clouds: RoleDeformables | None = None
 
     def is_heard(self) -> bool:
         """Tell whether the topic has subscribers."""
@@ -99,9 +100,10 @@ class RoleMarkers:
         message, count = self._wire.message(
             X_WG, snapshot.stamp, is_whole=is_whole, starts_over=starts_over
         )
-        if self._deformables is not None:
-            message, more = self._deformables.append(message, snapshot, is_whole=is_whole)
-            count += more
+        for moving in (self._deformables, self._clouds):
+            if moving is not None:
+                message, more = moving.append(message, snapshot, is_whole=is_whole)
+                count += more
         if count or is_whole:
             self._placed += count
             self._outlet.publish(message)
@@ -122,6 +124,7 @@ class RoleMarkers:
     def _make_ready(self, snapshot: WorldSnapshot) -> _Ready:
         """Make the markers of a scene; items that can't be shown are left out."""
         snapshot.query.snapshot.state.deformable_ids(self.ROLE)
+        snapshot.query.snapshot.state.element_ids(self.ROLE)
         items, rows = self._items_of(snapshot), None
         between_steps()
         try:
@@ -154,13 +157,18 @@ class RoleMarkers:
         self._scene_version = snapshot.scene_version
 
     def _set_deformables(self, snapshot: WorldSnapshot) -> None:
-        """Show deformable geometry, too; its modules are imported where there is some."""
+        """Show deformable geometry and clouds, too; their modules are imported for some."""
         if self._deformables is None and snapshot.query.snapshot.state.deformable_ids(self.ROLE):
             from scene_graph_ros.node.effects.deformable_markers import RoleDeformables
 
             self._deformables = RoleDeformables(self.ROLE, self._frame_id, self._cannot_show)
-        if self._deformables is not None:
-            self._deformables.set_items(snapshot)
+        if self._clouds is None and snapshot.query.snapshot.state.element_ids(self.ROLE):
+            from scene_graph_ros.node.effects.cloud_markers import RoleClouds
+
+            self._clouds = RoleClouds(self.ROLE, self._frame_id, self._cannot_show)
+        for moving in (self._deformables, self._clouds):
+            if moving is not None:
+                moving.set_items(snapshot)
 
     def _can_show(self, item: DrawItem) -> bool:
         try:

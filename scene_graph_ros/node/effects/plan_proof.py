@@ -66,13 +66,16 @@ class PathInWorld:
 
     def is_as(self, other: PathInWorld) -> bool:
         """Tell whether a proof for one is one for the other: nothing that matters is elsewhere."""
-        bodies, others = self.checker.plan.bodies, other.checker.plan.bodies
+        own, theirs = self.checker.plan, other.checker.plan
+        bodies, others = own.bodies, theirs.bodies
+        clouds = zip(own.shapes.clouds, theirs.shapes.clouds, strict=True)
         return (
             self.path is other.path
             and self.robots is other.robots
             and np.array_equal(self.curves, other.curves)
             and np.array_equal(bodies.X_WG, others.X_WG)
             and np.array_equal(bodies.X_JG, others.X_JG)
+            and all(one is another for one, another in clouds)
         )
 
     @made_once

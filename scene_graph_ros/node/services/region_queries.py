@@ -22,6 +22,7 @@ from msg_adapters.regions import (
     region_to_msg,
 )
 from msg_adapters.scene import geometry_set_from_msg
+from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.model.names import canonical_name
 from scene_graph_ros.geometry.optimization import (
@@ -143,7 +144,7 @@ def _obstacles(
     scope: QueryScope, ignored: frozenset[GeometryId], seed: NDArray[np.float64]
 ) -> list[SceneObstacle]:
     """Return the obstacles of all configurations; raises MessageError for a seed in one."""
-    count = len(scope.snapshot.query.snapshot.proximity.ids)
+    count = _count(scope)
     scope.require("max_pairs_per_request", count * len(scope.options.configurations), "obstacles")
 
     tol = CONTACT_RESOLUTION * max(1.0, float(np.abs(seed).max()))
@@ -152,6 +153,8 @@ def _obstacles(
         found = scene_obstacles(query, ignored)
         snapshot = query.snapshot
         poses = dict(zip(snapshot.proximity.geometry_ids, snapshot.X_WG, strict=True))
+        clouds = snapshot.state.element_ids(Role.PROXIMITY)
+        poses.update((each, snapshot.pose_in_world(each)) for each in clouds)
         for geometry_id, convex_set in found:
             if not convex_set.is_empty() and convex_set.point_in_set(seed, tol):
                 raise MessageError(_collision(query, geometry_id, seed, scope))
@@ -165,6 +168,13 @@ def _obstacles(
         return keyed
 
     return list({key: each for found in scope.each(of) for key, each in found}.values())
+
+
+def _count(scope: QueryScope) -> int:
+    """Return how many obstacles there are at most."""
+    snapshot = scope.snapshot.query.snapshot
+    clouds = snapshot.state.element_ids(Role.PROXIMITY)
+    return len(snapshot.proximity.ids) + sum(snapshot.point_set(each).count for each in clouds)
 
 
 def _collision(
@@ -195,7 +205,7 @@ def check_regions(request: Any, response: Any, scope: QueryScope) -> None:
     asks_all = not request.names and not request.regions
     kept = scope.regions().named(request.names) if request.names or asks_all else []
     regions = [*kept, *regions]
-    count = len(scope.snapshot.query.snapshot.proximity.ids) + 1
+    count = _count(scope) + 1
     count *= len(regions) * len(scope.options.configurations)
     scope.require("max_pairs_per_request", count, "regions times geometries")
     if asks_all and not extra and scope.options.configurations == ({},):

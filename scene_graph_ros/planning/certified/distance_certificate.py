@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.one_line import one_line
-from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
 from scene_graph_ros.planning.certified.motion_reaches import motion_reaches
 from scene_graph_ros.planning.certified.rational_kinematics import RationalForwardKinematics
 from scene_graph_ros.planning.certified.tangent_region import TangentRegion
@@ -177,14 +176,12 @@ class DistanceCertificate:
         rows = plan.bodies.rows[plan.pairs.bodies]
         rows[plan.pairs.swaps] = rows[plan.pairs.swaps, ::-1]
         for q in self.grid.centers(level.halvings, level.proven):
-            X_WG = poses_of_rows(plan, self.snapshot, q)
+            X_WG = poses_of_rows(plan, q)
             near = np.flatnonzero(plan.least_distances(X_WG) <= needed)
             if not len(near):
                 continue
-            solved = solve_pairs(plan.held, X_WG, rows[near], math.inf, WITHIN)
-            found = {
-                (int(a), int(b)): d for (a, b), d in zip(solved.rows, solved.distance, strict=True)
-            }
+            pairs, distances = plan.shapes.solve(X_WG, rows[near], math.inf)
+            found = {(int(a), int(b)): d for (a, b), d in zip(pairs, distances, strict=True)}
             if any(
                 found[int(a), int(b)] < needed[p]
                 for p, (a, b) in zip(near, rows[near], strict=True)

@@ -91,4 +91,9 @@ def furnished(snapshot: Snapshot, added: Iterable[AddedShape]) -> Snapshot:
         source = inspector.get_owning_source_id(shape.frame_id)
         scene_graph.register_geometry(source, shape.frame_id, shape.instance, context=context)
     # Frames are the same, in the same order.
-    return Snapshot(context.snapshot.state, snapshot.X_PF, snapshot.pose_version)
+    return Snapshot(
+        context.snapshot.state,
+        snapshot.X_PF,
+        snapshot.pose_version,
+        configurations=snapshot.configurations,
+    )

@@ -13,8 +13,6 @@ import zlib
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.query.distance.pair_entry import PAIR_DISTANCE
-from scene_graph_ros.geometry.tables.held_table import hold
 from scene_graph_ros.planning.checker.checker_interface import CollisionChecker
 from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
 from scene_graph_ros.planning.checker.configuration_checks import first_pairs
@@ -69,10 +67,9 @@ class CarriedChecker:
         """Return all that is no address."""
         plan = self.plan
         return {
-            "table": plan.held.table,
             "plan": plan._replace(
                 tree=replace(plan.tree, groups={}),
-                held=None,  # type: ignore[arg-type]
+                shapes=plan.shapes.packed(),
                 bodies=plan.bodies._replace(measure=0),
             ),
             "tolerance": self.tolerance,
@@ -81,8 +78,9 @@ class CarriedChecker:
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Write down the addresses of this process."""
         plan = state["plan"]
-        bodies = plan.bodies._replace(measure=PAIR_DISTANCE.address())
-        self.plan = plan._replace(held=hold(state["table"]), bodies=bodies)
+        shapes = plan.shapes.again()
+        bodies = plan.bodies._replace(measure=shapes.measure)
+        self.plan = plan._replace(shapes=shapes, bodies=bodies)
         self.tolerance = state["tolerance"]
 
     def check_configs_collision_free(

@@ -124,7 +124,12 @@ class CheckerState(NamedTuple):
         """
         snapshot, before = moment, self.plan if tree is None else self.plan._replace(tree=tree)
         if self.added:
-            snapshot = Snapshot(self.snapshot.state, moment.X_PF, moment.pose_version)
+            snapshot = Snapshot(
+                self.snapshot.state,
+                moment.X_PF,
+                moment.pose_version,
+                configurations=moment.configurations,
+            )
         return self._replace(base=moment, snapshot=snapshot, plan=placed(before, snapshot))
 
 

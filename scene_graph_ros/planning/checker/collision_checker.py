@@ -14,7 +14,6 @@ from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.model.paths import GeometryPair
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.one_line import one_line
-from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
@@ -379,6 +378,5 @@ def _depth(state: CheckerState, q: NDArray[np.float64], pair: int) -> float:
     plan = state.plan
     a, b = plan.pairs.bodies[pair, ::-1] if plan.pairs.swaps[pair] else plan.pairs.bodies[pair]
     rows = plan.bodies.rows[[[a, b]]]
-    X_WG = poses_of_rows(plan, state.snapshot, q)
-    solved = solve_pairs(plan.held, X_WG, rows, math.inf, WITHIN)
-    return float(plan.pairs.paddings[pair] - solved.distance[0])
+    _, distances = plan.shapes.solve(poses_of_rows(plan, q), rows, math.inf)
+    return float(plan.pairs.paddings[pair] - distances[0])

@@ -9,7 +9,7 @@ from scene_graph_ros.planning.pairs.check_kernels import check_by_tree, check_co
 from scene_graph_ros.planning.pairs.checker_plan import CheckerPlan
 from scene_graph_ros.planning.parallel.in_threads import in_threads
 
-__all__ = ["first_pairs"]
+__all__ = ["first_of_all", "first_pairs"]
 
 
 def first_pairs(plan: CheckerPlan, q: NDArray[np.float64], threads: int) -> NDArray[np.int64]:
@@ -17,6 +17,17 @@ def first_pairs(plan: CheckerPlan, q: NDArray[np.float64], threads: int) -> NDAr
 
     The same for any number of threads. Configurations must have been checked.
     """
+    if plan.shapes.clouds:
+        from scene_graph_ros.planning.checker.cloud_checks import first_pairs_with_clouds
+
+        found = first_pairs_with_clouds(plan, q, threads, first_of_all)
+        if found is not None:
+            return found
+    return first_of_all(plan, q, threads)
+
+
+def first_of_all(plan: CheckerPlan, q: NDArray[np.float64], threads: int) -> NDArray[np.int64]:
+    """Return the same, of pairs that are all looked at alike."""
     result = np.empty(len(q), dtype=np.int64)
     kernel = check_by_tree if len(plan.bodies.nodes.radii) else check_configurations
 

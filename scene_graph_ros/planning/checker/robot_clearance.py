@@ -12,8 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.one_line import one_line
-from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
-from scene_graph_ros.geometry.query.distance.solved_pairs import SolvedPairs
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.geometry.spatial.sums import product
@@ -217,7 +215,6 @@ class _Names(NamedTuple):
 
 
 class _Near(NamedTuple):
-    solved: SolvedPairs
     pairs: NDArray[np.intp]
     """Rows of the plan's pairs."""
     padded: NDArray[np.float64]
@@ -272,7 +269,7 @@ def _names_of(state: CheckerState, near: NearPairs) -> _Names:
 def collision_types(state: CheckerState, q: NDArray[np.float64]) -> list[RobotCollisionType]:
     """Return what each body collides with at q ``(nq,)``, by all pairs."""
     plan, robots = state.plan, state.bodies.num_robot_bodies
-    found = _near(plan, poses_of_rows(plan, state.snapshot, q), 0.0)
+    found = _near(plan, poses_of_rows(plan, q), 0.0)
     collides = found.padded < -plan.pairs.touching[found.pairs]
     around, own = np.zeros((2, len(state.bodies)), dtype=np.bool_)
     for robot, other in state.body_of[found.pairs[collides]]:
@@ -283,12 +280,10 @@ def collision_types(state: CheckerState, q: NDArray[np.float64]) -> list[RobotCo
     return [RobotCollisionType(a + 2 * b) for a, b in zip(around, own, strict=True)]
 
 
-def poses_of_rows(
-    plan: CheckerPlan, snapshot: Snapshot, q: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return the poses ``(n, 4, 4)`` of all rows of the scene's proximity arrays at q."""
+def poses_of_rows(plan: CheckerPlan, q: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the poses ``(n, 4, 4)`` of all rows of the plan's table at q."""
     robots = len(plan.X_LG)
-    X_WG = snapshot.X_WG.copy()
+    X_WG = plan.shapes.X_WG.copy()
     X_WL = plan.tree.link_poses(q)
     X_WG[plan.bodies.rows[:robots]] = product(X_WL[plan.owners[:robots]], plan.X_LG)
     return X_WG
@@ -301,10 +296,10 @@ def _near(plan: CheckerPlan, X_WG: NDArray[np.float64], influence: float) -> _Ne
     rows[plan.pairs.swaps] = rows[plan.pairs.swaps, ::-1]
     near = np.flatnonzero(plan.least_distances(X_WG) <= influence + paddings)
     reach = max(influence + float(paddings.max(initial=-np.inf)), 0.0)
-    solved = solve_pairs(plan.held, X_WG, rows[near], reach, WITHIN)
+    rows_of_found, distances = plan.shapes.solve(X_WG, rows[near], reach)
     pair_of = {(int(a), int(b)): int(pair) for pair, (a, b) in zip(near, rows[near], strict=True)}
-    found = np.array([pair_of[int(a), int(b)] for a, b in solved.rows], dtype=np.intp)
-    return _Near(solved, found, solved.distance - paddings[found])
+    found = np.array([pair_of[int(a), int(b)] for a, b in rows_of_found], dtype=np.intp)
+    return _Near(found, distances - paddings[found])
 
 
 def _read_only(array: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -64,15 +64,18 @@ def prove(
     result = EdgeProofs(np.empty(n, np.int64), np.empty((n, 4)), np.empty(n, np.int64))
     flag = new_stop() if stop is None else stop
 
+    def prove_all(one: CheckerPlan, some: NDArray[np.float64], to: EdgeProofs) -> None:
+        own = edge_scratch(one) if scratch is None or one is not plan else scratch
+        prove_edges(one.checked, some, rules, flag, EdgeProofs(*to), own)
+
     def prove_part(part: slice) -> None:
-        prove_edges(
-            plan.checked,
-            edges[part],
-            rules,
-            flag,
-            EdgeProofs(result.statuses[part], result.numbers[part], result.pairs[part]),
-            edge_scratch(plan) if scratch is None else scratch,
-        )
+        to = EdgeProofs(result.statuses[part], result.numbers[part], result.pairs[part])
+        if plan.shapes.clouds and not rules.measures:
+            from scene_graph_ros.planning.edges.cloud_proofs import prove_with_clouds
+
+            if prove_with_clouds(plan, edges[part], rules, flag, to, prove_all):
+                return
+        prove_all(plan, edges[part], to)
 
     in_threads(prove_part, n, threads)
     return result

@@ -12,11 +12,9 @@ from scene_graph_ros.geometry.broadphase.aabb import world_boxes
 from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.model.paths import GeometryPair
 from scene_graph_ros.geometry.model.snapshot import Snapshot
-from scene_graph_ros.geometry.query.candidates.rows import candidate_rows
-from scene_graph_ros.geometry.query.distance.pair_entry import PAIR_DISTANCE
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.spatial.sums import length, product
-from scene_graph_ros.geometry.tables.held_table import HeldTable, hold
+from scene_graph_ros.geometry.tables.held_table import HeldTable
 from scene_graph_ros.geometry.tolerances import OSCULATION
 from scene_graph_ros.planning.pairs.bodies import (
     BodyTable,
@@ -25,6 +23,7 @@ from scene_graph_ros.planning.pairs.bodies import (
     PairTable,
     Places,
 )
+from scene_graph_ros.planning.pairs.checked_shapes import checked_shapes, CheckedShapes
 from scene_graph_ros.planning.pairs.inner_covers import inner_covers
 from scene_graph_ros.planning.pairs.static_tree import no_nodes, static_nodes
 from scene_graph_ros.robots.kinematic_tree import KinematicTree
@@ -50,7 +49,7 @@ class CheckerPlan(NamedTuple):
     """The arrays of one scene. Body b of the tables is geometry ``geometry_ids[b]``."""
 
     tree: KinematicTree
-    held: HeldTable
+    shapes: CheckedShapes
     bodies: BodyTable
     all_pairs: AllPairs
     pairs: PairTable
@@ -68,6 +67,11 @@ class CheckerPlan(NamedTuple):
     """``(r,)``: the frames between each robot body's link and the body, from the link on."""
     other_positions: NDArray[np.int64] = np.empty(0, dtype=np.int64)
     """``(k,)``: positions of robots that the checker is not for; derivatives by these are zero."""
+
+    @property
+    def held(self) -> HeldTable:
+        """The shapes' table."""
+        return self.shapes.held
 
     @property
     def checked(self) -> CheckedTables:
@@ -140,15 +144,17 @@ def make_plan(snapshot: Snapshot, tree: KinematicTree, links: Mapping[int, int])
     Frames below one of these are carried by its link. Pairs are all with a robot in them, without
     padding, until some are chosen.
     """
-    proximity, inspector = snapshot.proximity, snapshot.inspector
-    table, ids = proximity.table, proximity.geometry_ids
-    carriers = [carrier(inspector, inspector.get_frame_id(each), links) for each in ids]
-    link_of_row = np.array([link for link, _ in carriers], dtype=np.int64)
-    robots, others = np.flatnonzero(link_of_row >= 0), np.flatnonzero(link_of_row < 0)
-    rows = np.concatenate([robots, others])
-    owners = link_of_row[rows]
+    shapes, inspector = checked_shapes(snapshot), snapshot.inspector
+    carriers = [
+        carrier(inspector, inspector.get_frame_id(each), links) for each in shapes.geometry_ids
+    ]
+    link_of = np.array([link for link, _ in carriers], dtype=np.int64)
+    robots, others = np.flatnonzero(link_of >= 0), np.flatnonzero(link_of < 0)
+    chosen = np.concatenate([robots, others])
+    rows, ids = shapes.rows[chosen], [shapes.geometry_ids[k] for k in chosen.tolist()]
+    owners = link_of[chosen]
     places = np.array([tree.joint_of_link[link] for link in owners[: len(robots)]], np.int64)
-    centers, radii, lower, upper = _bounds(snapshot, rows)
+    centers, radii, lower, upper = _bounds(shapes, rows)
     bodies = BodyTable(
         rows,
         places,
@@ -158,32 +164,41 @@ def make_plan(snapshot: Snapshot, tree: KinematicTree, links: Mapping[int, int])
         radii,
         lower,
         upper,
-        inner_covers(table, rows, centers),
-        PAIR_DISTANCE.address(),
+        inner_covers(shapes.table, rows, centers),
+        shapes.measure,
         no_nodes(),
     )
-    pairs = _all_pairs(snapshot, rows, tree, places, radii)
+    pairs = _all_pairs(snapshot, shapes, rows, tree, places, radii)
     plan = CheckerPlan(
         tree,
-        hold(table),
+        shapes,
         bodies,
         pairs,
         pairs.table,
         np.empty(len(robots)),
         np.empty((len(robots), 4, 4)),
-        tuple(ids[row] for row in rows),
-        tuple(inspector.get_path(ids[row]) for row in rows),
+        tuple(ids),
+        tuple(inspector.get_path(each) for each in ids),
         owners,
-        tuple(carriers[row][1] for row in robots),
+        tuple(carriers[k][1] for k in robots.tolist()),
     )
-    return placed(plan, snapshot)
+    return placed(plan, snapshot, shapes)
 
 
-def placed(plan: CheckerPlan, snapshot: Snapshot) -> CheckerPlan:
-    """Return the plan with all that no joint moves where another moment of its model has it."""
+def placed(
+    plan: CheckerPlan, snapshot: Snapshot, shapes: CheckedShapes | None = None
+) -> CheckerPlan:
+    """Return the plan with all that no joint moves where another moment of its model has it.
+
+    Clouds have the points of that moment; ``shapes`` are those, where they are known.
+    """
+    if shapes is None:
+        shapes = checked_shapes(snapshot)
+        if shapes.clouds:
+            plan = _with_shapes(plan, shapes)
     count = len(plan.carried)
     rows, tree, bodies = plan.bodies.rows, plan.tree, plan.bodies
-    X_LG = snapshot.proximity.X_FG[rows[:count]]
+    X_LG = shapes.X_FG[rows[:count]]
     for body, frames in enumerate(plan.carried):
         X_LF = np.eye(4)
         for frame in frames:
@@ -192,17 +207,33 @@ def placed(plan: CheckerPlan, snapshot: Snapshot) -> CheckerPlan:
             X_LG[body] = product(X_LF, X_LG[body])
     X_JG = product(tree.X_JL[plan.owners[:count]], X_LG)
     out = np.einsum("nij,nj->ni", X_JG[:, :3, :3], bodies.centers[:count]) + X_JG[:, :3, 3]
-    X_WG = np.ascontiguousarray(snapshot.X_WG[rows[count:]][:, :3]).reshape(-1, 3, 4)
+    X_WG = np.ascontiguousarray(shapes.X_WG[rows[count:]][:, :3]).reshape(-1, 3, 4)
     at = np.einsum("nij,nj->ni", X_WG[:, :, :3], bodies.centers[count:]) + X_WG[:, :, 3]
     small = np.flatnonzero(bodies.radii[count:] < np.inf)
     nodes = static_nodes(count + small, at[small], bodies.radii[count:][small])
     return plan._replace(
+        shapes=shapes,
         bodies=bodies._replace(
             X_JG=np.ascontiguousarray(X_JG[:, :3]).reshape(-1, 3, 4), X_WG=X_WG, nodes=nodes
         ),
         reaches=np.linalg.norm(out, axis=1) + bodies.radii[:count],
         X_LG=X_LG,
     )
+
+
+def _with_shapes(plan: CheckerPlan, shapes: CheckedShapes) -> CheckerPlan:
+    """Return the plan with clouds that have other points."""
+    bodies, table = plan.bodies, shapes.table
+    centers, radii, lower, upper = _bounds(shapes, bodies.rows)
+    bodies = bodies._replace(centers=centers, radii=radii, lower=lower, upper=upper)
+    scales = OSCULATION * table.scale[bodies.rows]
+
+    def with_touching(pairs: PairTable) -> PairTable:
+        return pairs._replace(touching=scales[pairs.bodies].max(axis=1, initial=0.0))
+
+    every = plan.all_pairs._replace(table=with_touching(plan.all_pairs.table))
+    pairs = with_touching(plan.pairs)
+    return plan._replace(shapes=shapes, bodies=bodies, all_pairs=every, pairs=pairs)
 
 
 def carrier(inspector: Any, frame: Any, links: Mapping[int, int]) -> tuple[int, tuple[Any, ...]]:
@@ -221,16 +252,18 @@ def carrier(inspector: Any, frame: Any, links: Mapping[int, int]) -> tuple[int, 
     return -1, ()
 
 
-def _bounds(snapshot: Snapshot, rows: NDArray[np.int64]) -> tuple[NDArray[np.float64], ...]:
+def _bounds(shapes: CheckedShapes, rows: NDArray[np.int64]) -> tuple[NDArray[np.float64], ...]:
     """Return centres and radii of balls, and corners of boxes, around each row's shape in G.
 
     They contain the shapes, without a tolerance: the largest distance that is computed of a
     hull's vertices is less than the true one by 4 units in the last place at most (Higham,
     *Accuracy and Stability of Numerical Algorithms*, 2002, section 3.1), `_OUTWARDS` adds 45.
     """
-    table = snapshot.proximity.table
-    at_rest = np.tile(np.eye(4), (len(rows), 1, 1))
+    table = shapes.table
+    at_rest = np.tile(np.eye(4), (len(table.kind), 1, 1))
     lower, upper = (corner[rows] for corner in world_boxes(table, at_rest))
+    are_clouds = rows >= len(table.kind) - len(shapes.clouds)
+    lower[are_clouds], upper[are_clouds] = table.lower[rows[are_clouds]], table.upper[rows[are_clouds]]
     centers, radii = np.zeros((len(rows), 3)), np.empty(len(rows))
     for b, row in enumerate(rows):
         kind = table.kind[row]
@@ -239,7 +272,9 @@ def _bounds(snapshot: Snapshot, rows: NDArray[np.int64]) -> tuple[NDArray[np.flo
             continue
         centers[b] = 0.5 * (lower[b] + upper[b])
         half = 0.5 * (upper[b] - lower[b])
-        if kind in (ShapeKind.SPHERE, ShapeKind.CAPSULE, ShapeKind.ELLIPSOID):
+        if are_clouds[b]:
+            radii[b] = np.linalg.norm(half)
+        elif kind in (ShapeKind.SPHERE, ShapeKind.CAPSULE, ShapeKind.ELLIPSOID):
             radii[b] = half.max()
         elif kind == ShapeKind.CYLINDER:
             radii[b] = np.hypot(half[0], half[2])
@@ -255,24 +290,25 @@ def _bounds(snapshot: Snapshot, rows: NDArray[np.int64]) -> tuple[NDArray[np.flo
 
 def _all_pairs(
     snapshot: Snapshot,
+    shapes: CheckedShapes,
     rows: NDArray[np.int64],
     tree: KinematicTree,
     joints: NDArray[np.int64],
     radii: NDArray[np.float64],
 ) -> AllPairs:
     """Return all pairs of geometries on different frames with a robot in them."""
-    proximity, robots = snapshot.proximity, len(joints)
-    count = len(rows)
+    robots, count = len(joints), len(rows)
     allowed = np.zeros((count, count), dtype=np.bool_)
-    body_of_row = _inverse(rows)
-    near = body_of_row[candidate_rows(snapshot, np.inf)]
+    body_of_row = np.zeros(len(shapes.table.kind), np.int64)
+    body_of_row[rows] = np.arange(count)
+    near = body_of_row[shapes.possible_pairs(snapshot)]
     allowed[near[:, 0], near[:, 1]] = allowed[near[:, 1], near[:, 0]] = True
     a, b = np.nonzero(np.arange(count) > np.arange(robots)[:, np.newaxis])
-    is_pair = proximity.frame[rows[a]] != proximity.frame[rows[b]]
-    first, second = np.sort(rows[np.stack([a, b])[:, is_pair]], axis=0)
+    is_pair = shapes.frame[rows[a]] != shapes.frame[rows[b]]
+    first, second = np.sort(shapes.ranks()[rows][np.stack([a, b])[:, is_pair]], axis=0)
     # In the order in which the scene's own queries look at them, whose first row is the smaller.
     order = np.lexsort((second, first))
-    first, second = first[order], second[order]
+    first, second = shapes.rows[first[order]], shapes.rows[second[order]]
     bodies = body_of_row[np.stack([first, second], axis=1)]
     # A is of a robot; of two robots' bodies it is the one whose row comes first.
     swaps = bodies[:, 0] >= robots
@@ -280,7 +316,7 @@ def _all_pairs(
     moving = np.concatenate([joints, np.zeros(count - robots, np.int64)])[bodies]
     kinds, which = np.unique(moving, axis=0, return_inverse=True)
     shared = np.array([_last_shared(tree.table.parents, *kind) for kind in kinds], dtype=np.int64)
-    scales = proximity.table.scale
+    scales = shapes.table.scale
     pairs = _pair_table(
         np.ascontiguousarray(bodies, dtype=np.int64),
         np.ascontiguousarray(swaps),
@@ -292,7 +328,7 @@ def _all_pairs(
     )
     return AllPairs(
         pairs,
-        np.ascontiguousarray(proximity.frame[rows[bodies]], dtype=np.int64),
+        np.ascontiguousarray(shapes.frame[rows[bodies]]),
         allowed[bodies[:, 0], bodies[:, 1]],
     )
 
@@ -316,12 +352,6 @@ def _pair_table(
     np.maximum.at(most, a[found], paddings[found])
     others = np.flatnonzero(~is_in_tree)
     return PairTable(bodies, swaps, paddings, touching, shared, others, of_still, most)
-
-
-def _inverse(rows: NDArray[np.int64]) -> NDArray[np.int64]:
-    result = np.empty(len(rows), dtype=np.int64)
-    result[rows] = np.arange(len(rows))
-    return result
 
 
 def _last_shared(parents: NDArray[np.int64], a: int, b: int) -> int:

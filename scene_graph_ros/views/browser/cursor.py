@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
-from scene_graph_ros.geometry.model.deformable import Configuration
 from scene_graph_ros.views.browser.blocks import (
     poses_block,
     scene_block,
@@ -39,7 +38,7 @@ class Cursor:
         self._scene: Scene | None = None
         self._meshes: set[int] = set()
         self._textures: set[int] = set()
-        self._deformed: dict[int, Configuration] = {}
+        self._deformed: dict[int, Any] = {}
         self._picture = ("", b"")
         self._sliders = SliderState()
         self._troubles: tuple[Trouble, ...] = ()
@@ -119,11 +118,10 @@ class Cursor:
         """Return the vertices of items that have been deformed since the last message."""
         snapshot = moment.query.snapshot
         for number, each in scene.deforming.items():
-            configuration = snapshot.configuration(each.geometry_id)
-            if self._deformed.get(number) is not configuration:
-                (p_WVs,) = snapshot.driven_mesh_configurations(each.geometry_id, each.role)
-                self._deformed[number] = configuration
-                yield vertices_block(number, p_WVs)
+            version = each.version(snapshot)
+            if self._deformed.get(number) != version:
+                self._deformed[number] = version
+                yield vertices_block(number, each.vertices(snapshot))
 
 
 def _is_same(each: Deforming, before: Deforming | None) -> bool:

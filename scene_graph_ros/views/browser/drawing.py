@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.model.roles import Role
+from scene_graph_ros.geometry.model.snapshot import Snapshot
+from scene_graph_ros.views import clouds
 from scene_graph_ros.views.browser.blocks import (
     contacts_block,
     mesh_block,
@@ -32,7 +34,7 @@ Entry = dict[str, Any]
 
 
 class Deforming(NamedTuple):
-    """A deformable geometry that is drawn."""
+    """A geometry that is drawn whose vertices are told at each moment: deformable, or a cloud."""
 
     item: DeformableItem
     role: Role
@@ -54,6 +56,27 @@ class Deforming(NamedTuple):
     def entry(self) -> Entry:
         """The item as a page knows it."""
         return {**_entry(self.item.item, self.number), "form": "vertices", "mesh": self.mesh}
+
+    def version(self, snapshot: Snapshot) -> Any:
+        """Return what is another, by ``!=``, where its vertices are others in a snapshot."""
+        return snapshot.configuration(self.geometry_id)
+
+    def vertices(self, snapshot: Snapshot) -> NDArray[np.float64]:
+        """Return where its vertices ``(v, 3)`` are in W, in m."""
+        (p_WVs,) = snapshot.driven_mesh_configurations(self.geometry_id, self.role)
+        return p_WVs
+
+
+class _Cloud(Deforming):
+    """A cloud that is drawn."""
+
+    __slots__ = ()
+
+    def version(self, snapshot: Snapshot) -> Any:
+        return clouds.placed_version(snapshot, self.geometry_id)
+
+    def vertices(self, snapshot: Snapshot) -> NDArray[np.float64]:
+        return clouds.octahedra_in_world(snapshot, self.geometry_id)
 
 
 class Scene(NamedTuple):
@@ -222,6 +245,10 @@ class Drawing:
         for each in deformable_items(moment.inspector, role, ids.values(), self._cannot_show):
             number = _number(each.item.geometry_id, role)
             yield number, Deforming(each, role, ids[each.item.geometry_id], number)
+        ids = {int(i): i for i in moment.query.snapshot.state.element_ids(role)}
+        for each in clouds.cloud_items(moment.inspector, role, ids.values()):
+            number = _number(each.item.geometry_id, role)
+            yield number, _Cloud(each, role, ids[each.item.geometry_id], number)
 
     def X_WG(self, moment: Moment, roles: tuple[Role, ...]) -> NDArray[np.float64]:
         """Return ``(n, 4, 4)`` where the rigid items of a scene with these roles are."""

@@ -25,6 +25,7 @@ from scene_graph_ros.geometry.model.state import GeometryState
 from scene_graph_ros.geometry.perception.exact.bodies import Bodies, MAX_TRIANGLES
 from scene_graph_ros.geometry.perception.exact.cover import Cover
 from scene_graph_ros.geometry.perception.exact.cover_table import cover_of
+from scene_graph_ros.geometry.shapes.element_shape import ElementShape
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 from scene_graph_ros.geometry.shapes.shape import PrimitiveShape
@@ -55,6 +56,8 @@ class BodyTable(NamedTuple):
     """(r,) rows of the same among all rigid geometries with the perception role."""
     deformable: dict[int, GeometryId]
     """The deformable bodies by row."""
+    clouds: dict[int, GeometryId]
+    """Those of many elements by row."""
 
 
 _meshes: BuildCache[VisibleMesh] = BuildCache(4096)
@@ -75,9 +78,12 @@ def body_table(state: GeometryState, renderer: str, diffuse: tuple[float, ...]) 
             records.append(record)
             looks.append(look)
     n = len(records)
+    clouds = {k: r.id for k, r in enumerate(records) if isinstance(r.shape, ElementShape)}
     is_rigid = np.array([record.deformable is None for record in records], dtype=np.bool_)
+    is_rigid[list(clouds)] = False
     kind = np.array([record.shape.kind for record in records], dtype=np.int32)
     kind[~is_rigid] = ShapeKind.MESH
+    kind[list(clouds)] = ShapeKind.SPHERE
     size, center, radius = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros(n)
     mesh = np.full(n, -1, dtype=np.int32)
     meshes: list[VisibleMesh] = []
@@ -99,7 +105,8 @@ def body_table(state: GeometryState, renderer: str, diffuse: tuple[float, ...]) 
             colors_of[known[identity]] = triangle_colors(shape)
         is_painted[row] = looks[row].is_of_file and colors_of[known[identity]] is not None
         center[row], radius[row] = meshes[mesh[row]].center, meshes[mesh[row]].radius
-    deformable = {int(row): records[row].id for row in np.flatnonzero(~is_rigid)}
+    moving = np.flatnonzero(~is_rigid).tolist()
+    deformable = {row: records[row].id for row in moving if row not in clouds}
     rigid_ids = np.array([int(i) for i in state.rigid_ids(Role.PERCEPTION)], dtype=np.int64)
     chosen = np.array([int(record.id) for record in records], dtype=np.int64)
     rigid = np.flatnonzero(is_rigid)
@@ -119,7 +126,8 @@ def body_table(state: GeometryState, renderer: str, diffuse: tuple[float, ...]) 
         **_painted(meshes, colors_of),
     )
     posed = np.searchsorted(rigid_ids, chosen[rigid])
-    return BodyTable(bodies, cover_of(records, looks, own[:, 3].copy()), rigid, posed, deformable)
+    cover = cover_of(records, looks, own[:, 3].copy())
+    return BodyTable(bodies, cover, rigid, posed, deformable, clouds)
 
 
 def _own_color(look: Appearance, is_painted: bool, default: tuple[float, ...]) -> Any:
@@ -213,11 +221,25 @@ def _painted(
     return {"paint": np.concatenate(paint), "palette": np.concatenate(palettes)}
 
 
-def place_bodies(snapshot: Snapshot, table: BodyTable) -> Bodies:
-    """Return the bodies of a table where they are in a snapshot."""
+def place_bodies(snapshot: Snapshot, table: BodyTable) -> tuple[Bodies, Cover]:
+    """Return the bodies of a table where they are in a snapshot, and what covers them.
+
+    A cloud is as many bodies as it has balls, or none.
+    """
+    bodies = _placed(snapshot, table)
+    if not table.clouds:
+        return bodies, table.cover
+    from scene_graph_ros.geometry.perception.exact.ball_bodies import with_balls
+
+    points = {row: snapshot.point_set(each) for row, each in table.clouds.items()}
+    poses = {row: snapshot.pose_in_world(each) for row, each in table.clouds.items()}
+    return with_balls(bodies, table.cover, points, poses)
+
+
+def _placed(snapshot: Snapshot, table: BodyTable) -> Bodies:
     bodies = table.bodies
     X_WG = snapshot.X_WG_of(Role.PERCEPTION)
-    if table.deformable:
+    if table.deformable or table.clouds:
         return _with_deformable(snapshot, table, X_WG)
     if len(table.posed) < len(X_WG):
         X_WG = X_WG[table.posed]

@@ -45,12 +45,12 @@ def look(
     Raises MeshError for a mesh of too many triangles.
     """
     table = body_table(snapshot.state, core.renderer_name, diffuse)
-    bodies, sensor = place_bodies(snapshot, table), _sensor(core, X_WS)
+    (bodies, cover), sensor = place_bodies(snapshot, table), _sensor(core, X_WS)
     width, height = sensor.size
     screen = Screen(*np.empty((2, height, width + LANES)))
     corners = np.empty((int(np.diff(bodies.vertex_start).max(initial=0)), CORNER))
     find_visible(sensor, bodies, np.ones(len(bodies.kind), np.bool_), screen, corners)
-    return View(sensor, bodies, table.cover, screen, corners)
+    return View(sensor, bodies, cover, screen, corners)
 
 
 def _sensor(core: RenderCameraCore, X_WS: NDArray[np.float64]) -> Sensor:

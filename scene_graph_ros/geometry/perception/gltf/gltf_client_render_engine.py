@@ -100,11 +100,11 @@ class GltfClientRenderEngine:
         """Return the images of these kinds that a sensor at ``X_WS`` sees."""
         red, green, blue, alpha = self.default_diffuse.as_array().tolist()
         table = body_table(snapshot.state, core.renderer_name, (red, green, blue, alpha))
-        bodies, lens = place_bodies(snapshot, table), core.intrinsics
+        (bodies, cover), lens = place_bodies(snapshot, table), core.intrinsics
         found: dict[str, Any] = {}
         for kind in sorted(kinds):
             by_label = kind is ImageKind.LABEL
-            scene = gltf_document(bodies, table.cover, core, X_WS, by_label=by_label)
+            scene = gltf_document(bodies, cover, core, X_WS, by_label=by_label)
             answer = self._ask(kind, scene, _fields(kind, core, depth_range))
             try:
                 if kind is ImageKind.DEPTH:

@@ -139,9 +139,9 @@ class TracedRenderEngine:
             return images
         red, green, blue, alpha = self.default_diffuse.as_array().tolist()
         table = body_table(snapshot.state, core.renderer_name, (red, green, blue, alpha))
-        bodies = place_bodies(snapshot, table)
+        bodies, cover = place_bodies(snapshot, table)
         tracing = Tracing(self.lights, self.ambient, self.samples, self.max_depth, self.seed)
-        light = trace(tracing, bodies, table.cover, core, X_WS)
+        light = trace(tracing, bodies, cover, core, X_WS)
         return images._replace(color=self._levels(light))
 
     def _levels(self, light: NDArray[np.float64]) -> NDArray[np.uint8]:

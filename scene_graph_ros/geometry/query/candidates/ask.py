@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.query.candidates.rows import pair_memory
 from scene_graph_ros.geometry.query.memo import Memo
+from scene_graph_ros.geometry.query.on_demand import on_demand
 from scene_graph_ros.geometry.query.results import CandidatePairs, LateColumns
 
 __all__ = ["find_collision_candidates"]
@@ -27,7 +28,10 @@ def pairs_of_candidates(snapshot: Snapshot) -> CandidatePairs:
     """Return the pairs whose bounding boxes meet."""
     rows = pair_memory(snapshot).find(snapshot.X_WG, 0.0, is_close=False)
     answers = snapshot.proximity.ids, rows
-    return CandidatePairs(LateColumns(_COLUMNS, answers, len(rows)), snapshot.state)
+    table = CandidatePairs(LateColumns(_COLUMNS, answers, len(rows)), snapshot.state)
+    if snapshot.proximity.has_elements:
+        table = on_demand("candidates_with_elements")(snapshot, table)
+    return table
 
 
 _COLUMNS: Mapping[str, Callable[[_Answers], NDArray[np.int64]]] = {

@@ -11,6 +11,7 @@ from scene_graph_ros.geometry.accuracy import Accuracy, Engine
 from scene_graph_ros.geometry.errors import RoleError, UnsupportedPairError
 from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.model.records import refuse_deformable
+from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.query.arguments import checked_limit
 from scene_graph_ros.geometry.query.candidates.rows import candidate_rows
@@ -18,6 +19,7 @@ from scene_graph_ros.geometry.query.distance.driver import WITHIN
 from scene_graph_ros.geometry.query.distance.solve import ID_COLUMNS, pair_columns, Recipes, solve
 from scene_graph_ros.geometry.query.distance.solved_pairs import LOCAL
 from scene_graph_ros.geometry.query.memo import Memo
+from scene_graph_ros.geometry.query.on_demand import on_demand
 from scene_graph_ros.geometry.query.results import SignedDistancePair, SignedDistancePairs
 from scene_graph_ros.geometry.query.settings import Settings, settings_of
 
@@ -53,13 +55,21 @@ def compute_signed_distance_pair_closest_points(
 ) -> SignedDistancePair:
     """Answer `QueryObject.compute_signed_distance_pair_closest_points`."""
     row_A, row_B = sorted(_proximity_row(memo.snapshot, id_) for id_ in (id_A, id_B))
-    if row_A == row_B:
+    if id_A == id_B:
         raise UnsupportedPairError(
             f"compute_signed_distance_pair_closest_points: {id_A!r} against itself"
         )
     settings = settings_of(memo.snapshot, accuracy, engine, derivatives, certificate)
+    if _OF_ELEMENTS in (row_A, row_B):
+        of_elements = on_demand("pair_distance_of_elements")
+        ids = tuple(sorted((id_A, id_B)))
+        return memo.get(("distance", ids, settings), of_elements, *ids, settings)
     key = ("distance", row_A, row_B, settings)
     return memo.get(key, pair_distance, row_A, row_B, settings)
+
+
+_OF_ELEMENTS = -1
+"""Instead of a row: a shape of many elements has none."""
 
 
 def _proximity_row(snapshot: Snapshot, geometry_id: GeometryId) -> int:
@@ -69,6 +79,8 @@ def _proximity_row(snapshot: Snapshot, geometry_id: GeometryId) -> int:
     ids = snapshot.proximity.ids
     row = int(np.searchsorted(ids, int(geometry_id)))
     if row == len(ids) or ids[row] != int(geometry_id):
+        if geometry_id in snapshot.state.element_ids(Role.PROXIMITY):
+            return _OF_ELEMENTS
         raise RoleError(f"geometry {name!r} ({geometry_id!r}) has no proximity role")
     return row
 
@@ -78,7 +90,10 @@ def pair_distances(
 ) -> SignedDistancePairs:
     """Return the pairs with a signed distance of at most ``max_distance``."""
     pairs = candidate_rows(snapshot, max(max_distance, 0.0))
-    return distances_of_pairs(snapshot, pairs, max_distance, settings)
+    table = distances_of_pairs(snapshot, pairs, max_distance, settings)
+    if snapshot.proximity.has_elements:
+        table = on_demand("distances_with_elements")(snapshot, table, max_distance, settings)
+    return table
 
 
 def distances_of_pairs(

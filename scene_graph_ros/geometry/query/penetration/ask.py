@@ -12,6 +12,7 @@ from scene_graph_ros.geometry.query.distance.driver import FIRST_PENETRATION, PE
 from scene_graph_ros.geometry.query.distance.solve import ID_COLUMNS, pair_columns, Recipes, solve
 from scene_graph_ros.geometry.query.distance.solved_pairs import WORLD
 from scene_graph_ros.geometry.query.memo import Memo
+from scene_graph_ros.geometry.query.on_demand import on_demand
 from scene_graph_ros.geometry.query.results import Penetrations
 from scene_graph_ros.geometry.query.settings import Settings, settings_of
 
@@ -41,10 +42,13 @@ def compute_point_pair_penetration(
 def collides(snapshot: Snapshot, settings: Settings) -> bool:
     """Tell whether any pair penetrates; stops at the first."""
     pairs = candidate_rows(snapshot, 0.0)
-    if not len(pairs):
-        return False
-    solved = solve(snapshot, pairs, 0.0, FIRST_PENETRATION, settings, "has_collisions", WORLD)
-    return len(solved) > 0
+    if len(pairs):
+        solved = solve(snapshot, pairs, 0.0, FIRST_PENETRATION, settings, "has_collisions", WORLD)
+        if len(solved) > 0:
+            return True
+    if snapshot.proximity.has_elements:
+        return bool(on_demand("elements_collide")(snapshot, settings))
+    return False
 
 
 def penetrations(snapshot: Snapshot, settings: Settings) -> Penetrations:
@@ -56,9 +60,15 @@ def penetrations(snapshot: Snapshot, settings: Settings) -> Penetrations:
 def penetrations_of(
     snapshot: Snapshot, pairs: NDArray[np.int64], settings: Settings, query: str
 ) -> Penetrations:
-    """Return those of the (m, 2) rows ``pairs`` that penetrate; ``query`` is named in messages."""
+    """Return those of the (m, 2) rows ``pairs`` that penetrate; ``query`` is named in messages.
+
+    With all of shapes of many elements, which are no rows.
+    """
     solved = solve(snapshot, pairs, 0.0, PENETRATIONS, settings, query, WORLD)
-    return Penetrations(pair_columns(_COLUMNS, snapshot, solved, settings), snapshot.state)
+    table = Penetrations(pair_columns(_COLUMNS, snapshot, solved, settings), snapshot.state)
+    if snapshot.proximity.has_elements:
+        table = on_demand("penetrations_with_elements")(snapshot, table, settings)
+    return table
 
 
 _COLUMNS: Recipes = {

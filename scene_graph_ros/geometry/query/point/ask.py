@@ -26,6 +26,7 @@ from scene_graph_ros.geometry.query.memo import Memo
 from scene_graph_ros.geometry.query.point.answers import Answers, LARGE, new_answers
 from scene_graph_ros.geometry.query.point.batch import distance_points, distances_to_all
 from scene_graph_ros.geometry.query.point.kind_table import group_by_kind, HeldKinds, hold_kinds
+from scene_graph_ros.geometry.query.on_demand import on_demand
 from scene_graph_ros.geometry.query.results import LateColumns, PointDistances
 from scene_graph_ros.geometry.query.settings import settings_of
 
@@ -85,6 +86,17 @@ def point_distances(
     snapshot: Snapshot, p_WQs: NDArray[np.float64], threshold: float, threads: int = 1
 ) -> PointDistances:
     """Return the signed distances of (m, 3) points to all geometries, up to ``threshold``."""
+    table = _point_distances(snapshot, p_WQs, threshold, threads)
+    if snapshot.proximity.has_elements:
+        of_elements = on_demand("point_distances_with_elements")
+        table = of_elements(snapshot, table, p_WQs, threshold, threads)
+    return table
+
+
+def _point_distances(
+    snapshot: Snapshot, p_WQs: NDArray[np.float64], threshold: float, threads: int
+) -> PointDistances:
+    """Return those to all but shapes of many elements."""
     arrays, X_WG = snapshot.proximity, snapshot.X_WG
     table, ids = arrays.table, arrays.ids
     if threshold == math.inf:

@@ -1,0 +1,130 @@
+"""The shapes of many elements in a snapshot, where they are, and the pairs that they are in."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.broadphase.aabb import world_boxes
+from scene_graph_ros.geometry.model.derived import derived, Part
+from scene_graph_ros.geometry.model.ids import GeometryId
+from scene_graph_ros.geometry.model.layout import role_arrays, RoleArrays
+from scene_graph_ros.geometry.model.proximity import shape_table
+from scene_graph_ros.geometry.model.roles import Role
+from scene_graph_ros.geometry.model.snapshot import Snapshot
+from scene_graph_ros.geometry.model.state import GeometryState
+from scene_graph_ros.geometry.query.elements.element_places import (
+    ElementTable,
+    hold_elements,
+    with_point,
+)
+from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+from scene_graph_ros.geometry.spatial.pose_kernels import world_poses_of_children
+from scene_graph_ros.geometry.tables.table_arrays import ShapeTable
+
+__all__ = ["Clouds", "clouds_of"]
+
+FloatArray = NDArray[np.float64]
+
+
+class Clouds(NamedTuple):
+    """The k clouds with the proximity role, sorted by id."""
+
+    ids: NDArray[np.int64]
+    """(k,)"""
+    geometry_ids: tuple[GeometryId, ...]
+    table: ElementTable
+    rows: RoleArrays
+    X_WC: FloatArray
+    """(k, 4, 4)"""
+
+    def boxes(self) -> tuple[FloatArray, FloatArray]:
+        """Return the corners (k, 3) of the boxes in W around all balls; inside out where none."""
+        lower, upper = np.full((2, len(self.ids), 3), np.inf)
+        upper = -upper
+        for k, cloud in enumerate(self.table.clouds):
+            if cloud.count == 0:
+                continue
+            X, bounds, radius = self.X_WC[k], cloud.tree.bounds, cloud.tree.radius[0]
+            center = X[:3, :3] @ (0.5 * (bounds[0] + bounds[1])) + X[:3, 3]
+            half = np.abs(X[:3, :3]) @ (0.5 * (bounds[1] - bounds[0])) + radius
+            # The same rounding as that of the scene's other boxes.
+            half += 1e-14 * (np.abs(center) + half + np.abs(bounds).max() + np.abs(X[:3, 3]))
+            lower[k], upper[k] = center - half, center + half
+        return lower, upper
+
+    def near_pairs(self, snapshot: Snapshot, margin: float) -> NDArray[np.int64]:
+        """Return (m, 2): clouds and rows of the proximity arrays whose boxes come that near."""
+        allowed = _allowed(snapshot.state)
+        table = snapshot.proximity.table
+        if not len(table.kind):
+            return np.empty((0, 2), np.int64)
+        allowed = allowed & np.array([[cloud.count > 0] for cloud in self.table.clouds])
+        if margin == np.inf:
+            return np.argwhere(allowed)
+        lower, upper = world_boxes(table, snapshot.X_WG)
+        is_half_space = table.kind == ShapeKind.HALF_SPACE
+        lower[is_half_space], upper[is_half_space] = -np.inf, np.inf
+        own_lower, own_upper = (corner[:, np.newaxis] for corner in self.boxes())
+        near = (lower <= own_upper + margin) & (upper >= own_lower - margin)
+        return np.argwhere(allowed & near.all(axis=2))
+
+    def near_clouds(self, snapshot: Snapshot, margin: float) -> NDArray[np.int64]:
+        """Return (m, 2): pairs of clouds, the first the one with the smaller id."""
+        lower, upper = self.boxes()
+        if margin == np.inf:
+            has_points = np.isfinite(lower).all(axis=1)
+            near = has_points & has_points[:, np.newaxis]
+        else:
+            near = (lower <= upper[:, np.newaxis] + margin).all(axis=2)
+            near &= near.T
+        pairs = np.argwhere(np.triu(near, 1))
+        filtered = snapshot.state.collision_filtered
+        ids = self.geometry_ids
+        kept = [not filtered(ids[a], ids[b]) for a, b in pairs.tolist()]
+        result: NDArray[np.int64] = pairs[np.array(kept, dtype=np.bool_)]
+        return result
+
+
+def clouds_of(snapshot: Snapshot) -> Clouds:
+    """Return the clouds of a snapshot, found once."""
+    known = snapshot.elements
+    if known is None:
+        known = snapshot.elements = _find_clouds(snapshot)
+    assert isinstance(known, Clouds)
+    return known
+
+
+def _find_clouds(snapshot: Snapshot) -> Clouds:
+    state = snapshot.state
+    rows = _element_rows(state)
+    placed = [snapshot.point_set(each).placed for each in rows.geometry_ids]
+    X_WC = np.empty_like(rows.X_FG)
+    world_poses_of_children(rows.all_rows, rows.frame, snapshot.X_WF, rows.X_FG, X_WC)
+    table = hold_elements(_table_with_point(state), placed)
+    return Clouds(rows.ids, rows.geometry_ids, table, rows, X_WC)
+
+
+@derived(Part.FRAMES, Role.PROXIMITY)
+def _element_rows(state: GeometryState) -> RoleArrays:
+    return role_arrays([state.geometries[i] for i in state.element_ids(Role.PROXIMITY)], state.layout())
+
+
+@derived(Role.PROXIMITY)
+def _table_with_point(state: GeometryState) -> ShapeTable:
+    return with_point(shape_table(state))
+
+
+@derived(Part.FRAMES, Part.FILTERS, Role.PROXIMITY)
+def _allowed(state: GeometryState) -> NDArray[np.bool_]:
+    """Return (k, n): the pairs of clouds and rows that collision queries look at."""
+    own, others = _element_rows(state), state.role_arrays(Role.PROXIMITY)
+    result = own.frame[:, np.newaxis] != others.frame
+    excluded = state.filters.is_excluded
+    for k, cloud in enumerate(own.geometry_ids):
+        for row, other in enumerate(others.geometry_ids):
+            if result[k, row] and excluded(cloud, other):
+                result[k, row] = False
+    return result

@@ -1,0 +1,189 @@
+"""Proofs that edges keep their distance from clouds that do not move, by yes or no.
+
+A body is free on a stretch where no ball is nearer to it in the middle than its points can move
+until the ends, beside its padding. Where that is not so the stretch is halved, for this body alone,
+until a configuration in the middle collides. What is not proven so far is left to the proofs of all
+other pairs.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.query.elements.element_places import tree_of
+from scene_graph_ros.planning.edges.curve_kernels import point_on
+from scene_graph_ros.planning.edges.edge_stretches import COLLIDES, FREE, UNDECIDED
+from scene_graph_ros.planning.edges.motion_kernels import margin_of, Motions, set_body_motions
+from scene_graph_ros.planning.pairs.bodies import place_bodies, Places
+from scene_graph_ros.planning.pairs.check_kernels import NO_PAIR
+from scene_graph_ros.planning.pairs.cloud_kernels import (
+    body_in_cloud,
+    box_of,
+    joined_box,
+    place_in_cloud,
+)
+from scene_graph_ros.planning.pairs.cloud_pairs import CloudScratch
+from scene_graph_ros.planning.pairs.cloud_grid import may_be_near
+from scene_graph_ros.planning.pairs.cloud_scan import any_near
+from scene_graph_ros.robots.tree_kernels import LANES
+
+__all__ = ["MOST_WAITING", "CloudEdgeScratch", "prove_clouds"]
+
+MOST_WAITING = 512
+"""Stretches that wait; an edge that needs more is left undecided."""
+
+_STRETCH = 0.15
+"""Metres that bodies move on a stretch that is looked at first."""
+
+_FINEST = 1e-6
+"""Of an edge: shorter stretches are not halved."""
+
+
+class CloudEdgeScratch(NamedTuple):
+    """What one thread writes to."""
+
+    motions: Motions
+    places: Places
+    clouds: CloudScratch
+    ends: np.ndarray
+    """``(MOST_WAITING, 2)``: the stretches that wait."""
+    open: np.ndarray
+    """``(MOST_WAITING + LANES, m)`` bool: which pairs are not proven on each; the last are those
+    that are looked at."""
+    low: np.ndarray
+    """``(LANES,)``: where stretches begin that are looked at."""
+    high: np.ndarray
+    """``(LANES,)``."""
+
+
+@inlined_kernel
+def _needs(table, motions, c, m, half, tolerance):
+    """Return how far away balls have to be for a pair to be free on a stretch."""
+    own = motions.own[table.bodies[m]]
+    return half * own[0] + table.paddings[m] + margin_of(own[2]) + tolerance + table.slacks[c]
+
+
+@inlined_kernel
+def _look_at_group(checked, table, scratch, tree, c, group, k, half, tolerance, is_open):
+    """Mark the pairs of a group that are free on stretch k; return one that collides in the
+    middle, or NO_PAIR, and whether any is still open.
+    """
+    motions, places, clouds = scratch.motions, scratch.places, scratch.clouds
+    held, bodies = checked.held, checked.bodies
+    first, last = table.groups[group, 0], table.groups[group, 1]
+    box, count = ((1e300, 1e300, 1e300), (-1e300, -1e300, -1e300)), 0
+    for m in range(first, last):
+        if is_open[m]:
+            need = _needs(table, motions, c, m, half, tolerance)
+            box = joined_box(box, box_of(clouds, table.bodies[m], k, need))
+            count += 1
+    if count == 0:
+        return NO_PAIR, False
+    is_empty, any_open = not may_be_near(tree, table.counts[c], box[0], box[1]), False
+    for m in range(first, last):
+        if not is_open[m]:
+            continue
+        if is_empty:
+            is_open[m] = False
+            continue
+        a, need = table.bodies[m], _needs(table, motions, c, m, half, tolerance)
+        if count > 1:
+            lower, upper = box_of(clouds, a, k, need)
+            if not may_be_near(tree, table.counts[c], lower, upper):
+                is_open[m] = False
+                continue
+        body, where = body_in_cloud(bodies, table, clouds, a, k), (places, table, c, k)
+        limit = table.paddings[m] - table.touching[m]
+        guesses = clouds.guesses
+        if not any_near(held, tree, body, where, need, limit, False, guesses, a):
+            is_open[m] = False
+            continue
+        any_open = True
+        need = table.paddings[m] + table.slacks[c]
+        if any_near(held, tree, body, where, need, limit, True, guesses, a):
+            return table.pairs[m], True
+    return NO_PAIR, any_open
+
+
+@inlined_kernel
+def _put(scratch, count, low, high, row):
+    """Put a stretch on the pile with the open pairs of a row that is looked at."""
+    scratch.ends[count, 0], scratch.ends[count, 1] = low, high
+    for m in range(scratch.open.shape[1]):
+        scratch.open[count, m] = scratch.open[row, m]
+    return count + 1
+
+
+@inlined_kernel
+def _prove(checked, table, edge, rules, stop, scratch):
+    """Return (status, pair, at, looks) of one edge."""
+    motions, places, clouds = scratch.motions, scratch.places, scratch.clouds
+    set_body_motions(checked.tree, checked.bodies, checked.reaches, edge, motions)
+    longest = 0.0
+    for a in range(len(motions.own)):
+        longest = max(longest, motions.own[a, 0])
+    parts = int(min(1.0 + longest / _STRETCH, 64.0))
+    waiting, looks = 0, 0
+    for i in range(parts):
+        for m in range(scratch.open.shape[1]):
+            scratch.open[MOST_WAITING, m] = True
+        waiting = _put(scratch, waiting, i / parts, (i + 1) / parts, MOST_WAITING)
+    while waiting > 0:
+        count = min(LANES, waiting)
+        for k in range(LANES):
+            row = waiting - 1 - min(k, count - 1)
+            scratch.low[k], scratch.high[k] = scratch.ends[row, 0], scratch.ends[row, 1]
+            if k < count:
+                for m in range(scratch.open.shape[1]):
+                    scratch.open[MOST_WAITING + k, m] = scratch.open[row, m]
+            middle = 0.5 * (scratch.low[k] + scratch.high[k])
+            point_on(checked.tree, edge, middle, motions.q[k])
+        waiting -= count
+        looks += count
+        place_bodies(checked.tree, checked.bodies, motions.q, 0, checked.X_WB, places)
+        for k in range(count):
+            scratch.open[MOST_WAITING + k, -1] = False
+        for c in range(len(table.clouds)):
+            place_in_cloud(checked.bodies, places, table.X_CW[c], clouds)
+            tree = tree_of(checked.held, table.clouds[c, 0])
+            for k in range(count):
+                low, high, is_open = scratch.low[k], scratch.high[k], scratch.open[MOST_WAITING + k]
+                half = 0.5 * (high - low)
+                for group in range(table.clouds[c, 1], table.clouds[c, 2]):
+                    pair, any_open = _look_at_group(
+                        checked, table, scratch, tree, c, group, k, half, rules.tolerance, is_open
+                    )
+                    if pair != NO_PAIR:
+                        return COLLIDES, pair, 0.5 * (low + high), looks
+                    is_open[-1] |= any_open
+        for k in range(count):
+            if not scratch.open[MOST_WAITING + k, -1]:
+                continue
+            low, high = scratch.low[k], scratch.high[k]
+            if high - low < _FINEST or waiting + 2 > MOST_WAITING or stop[0] != 0:
+                return UNDECIDED, NO_PAIR, low, looks
+            middle = 0.5 * (low + high)
+            waiting = _put(scratch, waiting, low, middle, MOST_WAITING + k)
+            waiting = _put(scratch, waiting, middle, high, MOST_WAITING + k)
+    return FREE, NO_PAIR, 1.0, looks
+
+
+@lean_kernel
+def prove_clouds(checked, table, edges, rules, stop, proofs, scratch):
+    """Prove those of some edges that are FREE by now to be so of clouds as well.
+
+    Writes COLLIDES with the pair and where, or UNDECIDED, for what is not.
+    """
+    statuses, numbers, found = proofs
+    for e in range(len(edges)):
+        if statuses[e] != FREE:
+            continue
+        status, pair, at, looks = _prove(checked, table, edges[e], rules, stop, scratch)
+        statuses[e], found[e] = status, pair
+        numbers[e, 2] = 0.0
+        numbers[e, 3] += looks
+        if status != FREE:
+            numbers[e, 0] = numbers[e, 1] = at

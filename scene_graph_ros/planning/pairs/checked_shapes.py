@@ -1,0 +1,136 @@
+"""The shapes that a checker's kernels read: those of the scene's table, and clouds behind them."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.model.ids import GeometryId
+from scene_graph_ros.geometry.model.snapshot import Snapshot
+from scene_graph_ros.geometry.query.candidates.rows import candidate_rows
+from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
+from scene_graph_ros.geometry.query.distance.pair_entry import PAIR_DISTANCE
+from scene_graph_ros.geometry.tables.held_table import HeldTable, hold
+from scene_graph_ros.geometry.tables.table_arrays import ShapeTable
+
+__all__ = ["CheckedShapes", "checked_shapes"]
+
+
+class CheckedShapes(NamedTuple):
+    """Shapes of a scene at one moment; rows of clouds come last, after one that is no geometry."""
+
+    held: HeldTable
+    measure: int
+    """The address of what measures pairs of them."""
+    rows: NDArray[np.int64]
+    """``(b,)``: their rows in the table, by ascending id."""
+    geometry_ids: tuple[GeometryId, ...]
+    """``(b,)``."""
+    frame: NDArray[np.int64]
+    """By row: the frame, as a row of the scene's arrays of frames."""
+    X_FG: NDArray[np.float64]
+    """By row."""
+    X_WG: NDArray[np.float64]
+    """By row."""
+    clouds: tuple[Any, ...] = ()
+    """PlacedPoints of the table's last rows."""
+
+    @property
+    def table(self) -> ShapeTable:
+        """The table."""
+        return self.held.table
+
+    def ranks(self) -> NDArray[np.int64]:
+        """Return which one in the order of ids each row is."""
+        result = np.zeros(len(self.table.kind), np.int64)
+        result[self.rows] = np.arange(len(self.rows))
+        return result
+
+    def possible_pairs(self, snapshot: Snapshot) -> NDArray[np.int64]:
+        """Return the rows ``(p, 2)`` of all pairs that the scene's filters leave."""
+        pairs = candidate_rows(snapshot, np.inf)
+        if not self.clouds:
+            return pairs
+        known = set(map(tuple, pairs.tolist()))
+        filtered, first = snapshot.state.collision_filtered, len(self.table.kind) - len(self.clouds)
+        for k, row in enumerate(self.rows.tolist()):
+            for m, other in enumerate(self.rows.tolist()):
+                if row >= first and (other < first or m < k):
+                    ids = self.geometry_ids[k], self.geometry_ids[m]
+                    if not filtered(*ids):
+                        known.add((row, other))
+        return np.array(sorted(known), np.int64).reshape(-1, 2)
+
+    def solve(
+        self, X_WG: NDArray[np.float64], pairs: NDArray[np.int64], max_distance: float
+    ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Return rows ``(k, 2)`` and distances of those pairs that are within a distance (m).
+
+        ``X_WG`` is by row.
+        """
+        if not self.clouds:
+            solved = solve_pairs(self.held, X_WG, pairs, max_distance, WITHIN)
+            return solved.rows, solved.distance
+        from scene_graph_ros.planning.pairs.measured_pairs import measure_pairs
+
+        distances = np.empty(len(pairs))
+        measure_pairs(self.held.places, self.measure, X_WG, pairs, max_distance, distances)
+        kept = distances <= max_distance
+        return pairs[kept], distances[kept]
+
+    def again(self) -> CheckedShapes:
+        """Return the same with addresses of this process, into which it was unpickled."""
+        if not self.clouds:
+            return self._replace(held=hold(self.table), measure=PAIR_DISTANCE.address())
+        from scene_graph_ros.geometry.query.elements.element_places import hold_elements
+        from scene_graph_ros.geometry.query.elements.pair_entry import ELEMENT_DISTANCE
+        from scene_graph_ros.geometry.tables.point_tree import held_again
+
+        clouds = tuple(map(held_again, self.clouds))
+        first = len(self.table.kind) - len(clouds)
+        columns = ("kind", "size", "hull", "surface", "exact", "lower", "upper", "scale")
+        own = self.table._replace(**{name: getattr(self.table, name)[:first] for name in columns})
+        held = hold_elements(own, clouds).held
+        return self._replace(held=held, measure=ELEMENT_DISTANCE.address(), clouds=clouds)
+
+    def packed(self) -> CheckedShapes:
+        """Return the same without addresses, to be pickled."""
+        clouds = tuple(cloud._replace(places=None) for cloud in self.clouds)
+        return self._replace(held=HeldTable(self.table, None), measure=0, clouds=clouds)
+
+
+def checked_shapes(snapshot: Snapshot) -> CheckedShapes:
+    """Return all shapes with the proximity role but deformable ones."""
+    proximity = snapshot.proximity
+    count = len(proximity.ids)
+    if not proximity.has_elements:
+        return CheckedShapes(
+            proximity.held,
+            PAIR_DISTANCE.address(),
+            np.arange(count),
+            proximity.geometry_ids,
+            proximity.frame.astype(np.int64),
+            proximity.X_FG,
+            snapshot.X_WG,
+        )
+    from scene_graph_ros.geometry.query.elements.pair_entry import ELEMENT_DISTANCE
+    from scene_graph_ros.geometry.query.elements.scene import clouds_of
+
+    clouds = clouds_of(snapshot)
+    ids = np.concatenate([proximity.ids, clouds.ids])
+    rows = np.concatenate([np.arange(count), np.arange(count + 1, len(ids) + 1)])
+    order = np.argsort(ids)
+    every = (*proximity.geometry_ids, *clouds.geometry_ids)
+    none = np.eye(4)[np.newaxis]
+    return CheckedShapes(
+        clouds.table.held,
+        ELEMENT_DISTANCE.address(),
+        rows[order],
+        tuple(every[k] for k in order.tolist()),
+        np.concatenate([proximity.frame, [0], clouds.rows.frame]).astype(np.int64),
+        np.concatenate([proximity.X_FG, none, clouds.rows.X_FG]),
+        np.concatenate([snapshot.X_WG, none, clouds.X_WC]),
+        clouds.table.clouds,
+    )

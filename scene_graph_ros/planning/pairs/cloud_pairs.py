@@ -1,0 +1,216 @@
+"""Pairs of robots' bodies with clouds that do not move, apart from all others of a plan.
+
+There is a faster way to decide them by yes or no than that of all other pairs, see ``cloud_scan``.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+import threading
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+from scene_graph_ros.planning.pairs.checker_plan import CheckerPlan
+from scene_graph_ros.planning.pairs.cloud_grid import count_points
+from scene_graph_ros.robots.tree_kernels import LANES
+
+__all__ = ["CloudScratch", "CloudTable", "SplitPlan", "new_scratch", "split_of"]
+
+_SLACK = 1e-13
+"""Of all lengths that are added: more than rounding moves points by."""
+
+_GROUP = 1.3
+"""How much larger than its largest body's ball that of a group may be."""
+
+_KEPT = 4
+"""Plans whose pairs are kept apart."""
+
+
+class CloudTable(NamedTuple):
+    """What kernels read of m pairs of a robot's body and a cloud that does not move."""
+
+    pairs: np.ndarray
+    """``(m,)``: rows of the plan's pairs."""
+    bodies: np.ndarray
+    """``(m,)``: the robot's."""
+    paddings: np.ndarray
+    """``(m,)`` metres."""
+    touching: np.ndarray
+    """``(m,)`` metres."""
+    groups: np.ndarray
+    """``(g, 2)``: the first pair of bodies that are near to each other, and the one after them."""
+    clouds: np.ndarray
+    """``(c, 3)``: which cloud, its first group and the one after its last."""
+    X_CW: np.ndarray
+    """``(c, 3, 4)``: W in each cloud's frame."""
+    X_WC: np.ndarray
+    """``(c, 3, 4)``."""
+    slacks: np.ndarray
+    """``(c,)`` metres: what rounding is allowed."""
+    counts: np.ndarray
+    """``(c, (CELLS + 1)^3)``: of each cloud's grid."""
+    plane_starts: np.ndarray
+    """``(r + 1,)``: where the planes of each of the robots' bodies begin; none: its box is all."""
+    planes: np.ndarray
+    """``(p, 4)``: unit normals in G, out of the body, and how far out the plane is, m."""
+
+
+class CloudScratch(NamedTuple):
+    """What one thread writes to."""
+
+    X_CG: np.ndarray
+    """``(r, 12, LANES)``: the robots' bodies in a cloud's frame."""
+    boxes: np.ndarray
+    """``(r, 6, LANES)``: centres and half extents there of boxes around them."""
+    guesses: np.ndarray
+    """``(r,)``: the plane of each that separated it from points last."""
+
+
+class SplitPlan(NamedTuple):
+    """A plan in two."""
+
+    plan: CheckerPlan
+    others: CheckerPlan
+    """Without pairs with clouds that do not move."""
+    rows: NDArray[np.int64]
+    """Which of the plan's pairs these are."""
+    table: CloudTable
+
+
+def new_scratch(plan: CheckerPlan) -> CloudScratch:
+    """Return scratch for one thread."""
+    robots = len(plan.carried)
+    return CloudScratch(
+        np.empty((robots, 12, LANES)), np.empty((robots, 6, LANES)), np.zeros(robots, np.int64)
+    )
+
+
+_splits: OrderedDict[int, SplitPlan] = OrderedDict()
+_lock = threading.Lock()
+
+
+def split_of(plan: CheckerPlan) -> SplitPlan | None:
+    """Return the plan's pairs in two, or None where none is with a cloud that does not move."""
+    if not plan.shapes.clouds:
+        return None
+    key = id(plan.pairs)
+    with _lock:
+        known = _splits.get(key)
+        if known is not None and _is_of(known.plan, plan):
+            _splits.move_to_end(key)
+            return known
+    split = _split(plan)
+    if split is not None:
+        with _lock:
+            _splits[key] = split
+            while len(_splits) > _KEPT:
+                _splits.popitem(last=False)
+    return split
+
+
+def _is_of(known: CheckerPlan, plan: CheckerPlan) -> bool:
+    """Tell whether nothing that a split is made of has changed."""
+    return (
+        known.pairs is plan.pairs and known.shapes is plan.shapes and known.bodies is plan.bodies
+    )
+
+
+def _split(plan: CheckerPlan) -> SplitPlan | None:
+    table, robots = plan.shapes.table, len(plan.carried)
+    first = len(table.kind) - len(plan.shapes.clouds)
+    a, b = plan.pairs.bodies.T
+    row_b = plan.bodies.rows[b]
+    is_quick = (b >= robots) & (row_b >= first) & np.isfinite(plan.bodies.radii[a])
+    is_quick &= plan.bodies.rows[a] < first
+    if not is_quick.any():
+        return None
+    pairs = np.flatnonzero(is_quick)
+    cloud_of = row_b[pairs] - first
+    pairs = pairs[np.lexsort([a[pairs], cloud_of])]
+    cloud_of = row_b[pairs] - first
+    groups: list[tuple[int, int]] = []
+    clouds: list[tuple[int, int, int]] = []
+    for cloud in np.unique(cloud_of).tolist():
+        own = np.flatnonzero(cloud_of == cloud)
+        begin = len(groups)
+        groups += _groups(plan, a[pairs], int(own[0]), int(own[-1]) + 1)
+        clouds.append((cloud, begin, len(groups)))
+    starts, planes = _planes(plan)
+    X_WC = np.stack(
+        [plan.bodies.X_WG[b[pairs[groups[g][0]]] - robots] for _, g, _ in clouds]
+    )
+    R_CW = X_WC[:, :, :3].transpose(0, 2, 1)
+    X_CW = np.concatenate([R_CW, -R_CW @ X_WC[:, :, 3:]], axis=2)
+    quick = CloudTable(
+        pairs,
+        np.ascontiguousarray(a[pairs]),
+        plan.pairs.paddings[pairs],
+        plan.pairs.touching[pairs],
+        np.array(groups, np.int64).reshape(-1, 2),
+        np.array(clouds, np.int64),
+        np.ascontiguousarray(X_CW),
+        np.ascontiguousarray(X_WC),
+        np.array([_slack(plan, cloud, X) for (cloud, _, _), X in zip(clouds, X_WC, strict=True)]),
+        np.stack([count_points(plan.shapes.clouds[cloud].tree) for cloud, _, _ in clouds]),
+        starts,
+        planes,
+    )
+    rows = np.flatnonzero(~is_quick)
+    return SplitPlan(plan, plan.with_rows(rows), rows, quick)
+
+
+def _slack(plan: CheckerPlan, cloud: int, X_WC: NDArray[np.float64]) -> float:
+    tree = plan.shapes.clouds[cloud].tree
+    far = float(np.abs(tree.bounds).max()) if len(tree.points) else 0.0
+    out = float(plan.reaches.max(initial=0.0)) + float(np.abs(plan.tree.X_WB[:3, 3]).max())
+    links = float(np.abs(plan.tree.table.X_PJ[:, :, 3]).sum())
+    return _SLACK * (1.0 + far + float(np.abs(X_WC[:, 3]).max()) + out + links)
+
+
+def _groups(
+    plan: CheckerPlan, bodies: NDArray[np.int64], first: int, last: int
+) -> list[tuple[int, int]]:
+    """Return neighbours in the order of bodies that one ball hardly larger than theirs holds.
+
+    That is where all joints are at zero; elsewhere only the time that it saves may be another.
+    """
+    tree, table = plan.tree, plan.bodies
+    X_WJ = tree.link_poses(np.zeros(tree.num_positions)) if tree.num_positions else None
+    if X_WJ is None or not np.isfinite(X_WJ).all():
+        return [(k, k + 1) for k in range(first, last)]
+    X_WG = X_WJ[plan.owners[: len(plan.carried)]] @ plan.X_LG
+    centers = np.einsum("nij,nj->ni", X_WG[:, :3, :3], table.centers[: len(X_WG)])
+    centers += X_WG[:, :3, 3]
+    result, begin = [], first
+    for k in range(first + 1, last + 1):
+        if k < last:
+            own = bodies[begin : k + 1]
+            middle, radii = centers[own].mean(axis=0), table.radii[own]
+            if (np.linalg.norm(centers[own] - middle, axis=1) + radii).max() <= (
+                _GROUP * radii.max()
+            ):
+                continue
+        result.append((begin, k))
+        begin = k
+    return result
+
+
+def _planes(plan: CheckerPlan) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Return the planes of the faces of robots' bodies that are hulls or boxes."""
+    table, found = plan.shapes.table, [np.empty((0, 4))]
+    counts = [0]
+    for row in plan.bodies.rows[: len(plan.carried)].tolist():
+        planes = np.empty((0, 4))
+        if table.kind[row] == ShapeKind.BOX:
+            normals = np.concatenate([np.eye(3), -np.eye(3)])
+            planes = np.column_stack([normals, np.tile(table.size[row], 2)])
+        elif table.hull[row] >= 0:
+            hulls, hull = table.hulls, table.hull[row]
+            faces = slice(hulls.face_start[hull], hulls.face_start[hull + 1])
+            planes = np.column_stack([hulls.face_normals[faces], hulls.face_offsets[faces]])
+        found.append(planes)
+        counts.append(len(planes))
+    return np.cumsum(counts).astype(np.int64), np.concatenate(found)
