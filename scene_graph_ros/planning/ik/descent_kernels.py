@@ -9,7 +9,8 @@ modified Rodrigues parameters, four times the tangent of a quarter of its angle 
 which are smooth up to a whole turn. A lane whose descent is over takes up the next one, and lanes
 do not depend on each other: so a descent ends at the same bits whatever goes on beside it.
 
-Notation: B is the robot's base, T the tool, G the pose asked for.
+Lengths are in the unit of the chain. Notation: B is the robot's base, T the tool, G the pose asked
+for.
 """
 
 import math
@@ -47,7 +48,7 @@ _LESS_DAMPING = 1e-8
 """With less, rounding of the equations would show where the error cannot vanish."""
 
 _LEAST = 1e-13
-"""rad² and m²: keeps equations solvable where a coordinate does not move the tool."""
+"""Keeps equations solvable where a coordinate does not move the tool."""
 
 _PIVOT = 1e-14
 """Relative to the diagonal's entry: a smaller pivot is rounding."""
@@ -77,7 +78,9 @@ class Descents(NamedTuple):
     homes: np.ndarray
     """``(d, n)``: those that are pulled shall end as near to it as they can."""
     pulls: np.ndarray
-    """``(d,)`` m² and rad²: how strongly at first; 0 for not at all."""
+    """``(d,)``: how strongly at first; 0 for not at all."""
+    weights: np.ndarray
+    """``(n,)``: how much of that each coordinate is pulled."""
     lower: np.ndarray
     """``(n,)``: held at all times, as ``upper``."""
     upper: np.ndarray
@@ -227,7 +230,7 @@ def _shrink(J, n, first, v, share, size_squared):
 def _evaluate(chain, goal, x, tolerances, axes, origins, work, J, e, n):
     """Write the residual ``(6, LANES)`` and its Jacobian at x; return three squared sizes.
 
-    Those of the turn's Rodrigues parameters, of the way (m), and of the residual.
+    Those of the turn's Rodrigues parameters, of the way, and of the residual.
     """
     Q, p = _place(chain, x, axes, origins, work)
     _jacobian(chain, axes, origins, p, J, n)
@@ -272,7 +275,7 @@ def _equations(task, state, H, g, A, held, n):
     amount = load_lanes(state.numbers, _AMOUNT * LANES)
     for j in range(n):
         here = load_lanes(state.x, j * LANES)
-        total = pull * (load_lanes(state.home, j * LANES) - here)
+        total = pull * task.weights[j] * (load_lanes(state.home, j * LANES) - here)
         for row in range(6):
             total = total + load_lanes(J, (row * n + j) * LANES) * load_lanes(e, row * LANES)
         lower, upper = task.lower[j], task.upper[j]
@@ -292,7 +295,7 @@ def _equations(task, state, H, g, A, held, n):
                 at = row * n
                 total = total + load_lanes(A, (at + i) * LANES) * load_lanes(A, (at + j) * LANES)
             if i == j:
-                total = total + amount
+                total = total + amount + pull * task.weights[i]
             store_lanes(H, (i * (i + 1) // 2 + j) * LANES, total)
 
 
@@ -368,7 +371,7 @@ def _load(task, state, k, job, n):
 
 
 @inlined_kernel
-def _measure(state, turn, way, left, n):
+def _measure(task, state, turn, way, left, n):
     """Note what was found at t, and return the error with the pull's part."""
     store_lanes(state.numbers, _TURN_T * LANES, turn)
     store_lanes(state.numbers, _WAY_T * LANES, way)
@@ -376,7 +379,7 @@ def _measure(state, turn, way, left, n):
     total = every(0.0)
     for j in range(n):
         gap = load_lanes(state.home, j * LANES) - load_lanes(state.t, j * LANES)
-        total = total + gap * gap
+        total = total + task.weights[j] * gap * gap
     return left + load_lanes(state.numbers, _PULL * LANES) * total
 
 
@@ -451,7 +454,7 @@ def _finish(state, k, ends, errors, n):
 
 @kernel
 def descend(chain, task, ends, errors):
-    """Write where descents end, ``ends`` ``(d, n)``, and ``errors`` ``(d, 2)``, m and rad."""
+    """Write where descents end, ``ends`` ``(d, n)``, and ``errors`` ``(d, 2)`` of way and turn."""
     n, count, total = task.starts.shape[1], len(chain.slides), len(task.rows)
     axes, origins = np.empty((count, 3, LANES)), np.empty((count, 3, LANES))
     work, e_t = np.empty((3, LANES)), np.empty((6, LANES))
@@ -473,7 +476,7 @@ def descend(chain, task, ends, errors):
         turn, way, left = _evaluate(
             chain, state.goal, state.t, task.allowed, axes, origins, work, J_t, e_t, n
         )
-        error = _measure(state, turn, way, left, n)
+        error = _measure(task, state, turn, way, left, n)
         _take(state, J_t, e_t, error, n)
         store_lanes(work, 0, error)
         for k in range(LANES):
@@ -488,7 +491,7 @@ def descend(chain, task, ends, errors):
             else:
                 numbers = state.numbers
                 part = numbers[_DAMPING, k] * numbers[_ERROR, k]
-                numbers[_AMOUNT, k] = part + _LEAST + numbers[_PULL, k]
+                numbers[_AMOUNT, k] = part + _LEAST
         _equations(task, state, H, g, A, v, n)
         _solve(H, g, v, inverse, n)
         _step(task, state, g, n)
@@ -517,11 +520,11 @@ def tool_poses(chain, x, poses):
 
 
 @kernel
-def goals_in_base(X_WTs, quaternions, X_WB, base, goals):
+def goals_in_base(X_WTs, quaternions, X_WB, base, unit, goals):
     """Write poses ``(m, 4, 4)`` seen from B as quaternions, w first, and places ``(m, 7)``.
 
     ``quaternions`` ``(m, 4)`` are those of ``X_WTs``, ``base`` ``(4,)`` is that of ``X_WB``, both
-    with w last. Places are subtracted before they are turned.
+    with w last. Places are subtracted before they are turned; ``unit`` is theirs, in m.
     """
     back = base[3], -base[0], -base[1], -base[2]
     for i in range(len(X_WTs)):
@@ -530,4 +533,5 @@ def goals_in_base(X_WTs, quaternions, X_WB, base, goals):
         goals[i, 0], goals[i, 1], goals[i, 2], goals[i, 3] = w, a, b, c
         dx, dy, dz = X[0, 3] - X_WB[0, 3], X[1, 3] - X_WB[1, 3], X[2, 3] - X_WB[2, 3]
         for m in range(3):
-            goals[i, 4 + m] = X_WB[0, m] * dx + X_WB[1, m] * dy + X_WB[2, m] * dz
+            way = X_WB[0, m] * dx + X_WB[1, m] * dy + X_WB[2, m] * dz
+            goals[i, 4 + m] = way / unit

@@ -184,7 +184,7 @@ class _Chunk:
         """Return tries in the order in which they are answers; those that reach nothing last."""
         if not self._is_near:
             return np.argsort(~tries.reached, axis=1, kind="stable")
-        ways = tries.x - self._homes[at][:, np.newaxis]
+        ways = (tries.x - self._homes[at][:, np.newaxis]) * self._search.chain.units
         distances = np.where(tries.reached, (ways**2).sum(axis=2), np.inf)
         return np.argsort(distances, axis=1, kind="stable")
 

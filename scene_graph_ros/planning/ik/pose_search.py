@@ -31,8 +31,8 @@ _EXACT = 0.1
 whoever works out the tool's pose by other products."""
 
 _PULL = 1e-3
-"""m² and rad² for each rad² or m² from home, at first: stronger pulls lead off the pose, weaker
-ones leave what could be nearer."""
+"""Squared units or rad for each rad² or m² from home, at first: stronger pulls lead off the pose,
+weaker ones leave what could be nearer."""
 
 _STEPS, _PATIENT_STEPS = 60, 300
 """Of a try, and of the last ones, which only end where no step helps."""
@@ -99,9 +99,10 @@ class PoseSearch:
         position, rotation = tolerances
         is_open = rotation >= math.pi
         sizes = math.inf if is_open else 4.0 * math.tan(0.25 * rotation), position
-        self._allowed = np.array([_USED * t if t > _CENTERED else 0.0 for t in sizes])
-        parts = [_ENOUGH if t > _CENTERED else _EXACT for t in sizes]
-        self._limits = np.array([(part * t) ** 2 for part, t in zip(parts, sizes, strict=True)])
+        units = np.array([1.0, chain.unit])
+        self._allowed = np.array([_USED * t if t > _CENTERED else 0.0 for t in sizes]) / units
+        parts = np.array([_ENOUGH if t > _CENTERED else _EXACT for t in sizes])
+        self._limits = (parts * sizes / units) ** 2
         self._tolerances = np.array([position, math.inf if is_open else rotation])
         self._longest = np.where(chain.is_turning, 1.0 / _LONGEST, 0.0)
         self._table = StartTable(chain, tries, seed, is_open=is_open)
@@ -111,7 +112,8 @@ class PoseSearch:
     def goals(self, X_WTs: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return poses ``(m, 4, 4)`` as descents read them, ``(m, 7)``."""
         result = np.empty((len(X_WTs), 7))
-        goals_in_base(X_WTs, quaternions_from_poses(X_WTs), self._X_WB, self._base, result)
+        quaternions, unit = quaternions_from_poses(X_WTs), self.chain.unit
+        goals_in_base(X_WTs, quaternions, self._X_WB, self._base, unit, result)
         return result
 
     def tried(
@@ -143,18 +145,26 @@ class PoseSearch:
     def polished(
         self, goals: NDArray[np.float64], homes: NDArray[np.float64], tries: Tries
     ) -> Tries:
-        """Return where the nearest of some tries end if they go on as long as it helps."""
+        """Return where the nearest of some tries end if they go on as long as it helps.
+
+        Then some begin about the nearest of these: beside a limit a descent can end short of it.
+        """
         rows = np.arange(len(goals))
         starts = tries.at(rows, self.nearest(tries)[:, :_POLISHED]).x
-        pulls = np.zeros(starts.shape[1])
-        return self._descended(goals, homes, starts, pulls, _PATIENT_STEPS, True)
+        ends = self._descended(
+            goals, homes, starts, np.zeros(starts.shape[1]), _PATIENT_STEPS, True
+        )
+        about = ends.at(rows, self.nearest(ends)[:, :1]).x + self._table.shakes
+        starts = np.clip(about, self.chain.lower, self.chain.upper)
+        shaken = self._descended(goals, homes, starts, np.zeros(starts.shape[1]), _STEPS, True)
+        return Tries(*(np.concatenate(both, axis=1) for both in zip(ends, shaken, strict=True)))
 
     def nearest(self, tries: Tries) -> NDArray[np.intp]:
         """Return which tries came nearest, in order, ``(m, k)``.
 
-        A metre beyond the tolerance counts as a radian.
+        A unit of the chain beyond the tolerance counts as a radian.
         """
-        beyond = np.maximum(tries.errors - self._tolerances, 0.0)
+        beyond = np.maximum(tries.errors - self._tolerances, 0.0) / (self.chain.unit, 1.0)
         return np.argsort((beyond**2).sum(axis=2), axis=1, kind="stable")
 
     def _descended(
@@ -174,6 +184,7 @@ class PoseSearch:
             starts.reshape(m * count, n),
             np.repeat(homes, count, axis=0),
             np.tile(pulls, m),
+            self.chain.units**2,
             self.chain.lower,
             self.chain.upper,
             self._longest,
@@ -183,6 +194,7 @@ class PoseSearch:
             is_patient,
         )
         descend(self.chain.table, task, ends, errors)
+        errors[:, 0] *= self.chain.unit
         ends = self.chain.nearest_turns(ends, task.homes)
         reached = (errors <= self._tolerances).all(axis=1)
         return Tries(

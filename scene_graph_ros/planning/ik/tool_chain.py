@@ -2,12 +2,14 @@
 
 A planar joint is two that slide and one that turns; a floating one is three that slide and three
 that turn, about x, y and z. So each coordinate of a chain turns or slides along the z axis of some
-frame, and a chain of any joints is one table of numbers.
+frame, and a chain of any joints is one table of numbers. Lengths in it are in a unit of its own, a
+power of two near its reach: so arms of any size are the same to a descent, and nothing is rounded.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -37,11 +39,11 @@ class ChainTable(NamedTuple):
     multipliers: NDArray[np.float64]
     """``(k,)``."""
     offsets: NDArray[np.float64]
-    """``(k,)`` rad or m."""
+    """``(k,)`` rad or units."""
     quaternions: NDArray[np.float64]
     """``(k + 1, 4)``, w first: frames in those before them; the last is the tool's."""
     places: NDArray[np.float64]
-    """``(k + 1, 3)`` m."""
+    """``(k + 1, 3)`` units."""
 
 
 def _product(A: NDArray[np.float64], B: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -83,12 +85,16 @@ def carrying_positions(tree: KinematicTree, link: str) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True, eq=False)
 class ToolChain:
-    """A chain whose coordinates x ``(n,)`` are the positions that may move, in the tree's order.
+    """A chain whose coordinates x ``(n,)`` are the positions that may move, in rad or units.
 
     Of a floating joint they are its place and its turns about x, y and z, one after the other.
     """
 
     table: ChainTable
+    unit: float
+    """m."""
+    units: NDArray[np.float64]
+    """``(n,)``: a coordinate's, in rad or m."""
     positions: NDArray[np.intp]
     """``(n,)``: which position of q a coordinate is; -1 for turns of floating joints."""
     turns: tuple[tuple[int, int], ...]
@@ -116,7 +122,7 @@ class ToolChain:
 
     def coordinates(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the coordinates ``(m, n)`` of configurations ``(m, nq)``."""
-        x = q[:, np.maximum(self.positions, 0)]
+        x = q[:, np.maximum(self.positions, 0)] / self.units
         for start, column in self.turns:
             x[:, column : column + 3] = _turns_of(q[:, start : start + 4])
         return x
@@ -127,7 +133,7 @@ class ToolChain:
         """Return ``near`` ``(m, nq)`` with these coordinates ``(m, n)`` put in."""
         q = near.copy()
         linear = np.flatnonzero(self.positions >= 0)
-        q[:, self.positions[linear]] = x[:, linear]
+        q[:, self.positions[linear]] = x[:, linear] * self.units[linear]
         for start, column in self.turns:
             q[:, start : start + 4] = _quaternions_of(x[:, column : column + 3])
         return q
@@ -222,24 +228,38 @@ class _Builder:
         slides, columns, multipliers, offsets = (
             zip(*self._rows, strict=True) if self._rows else ((), (), (), ())
         )
-        table = ChainTable(
-            np.array(slides, dtype=np.bool_),
-            np.array(columns, dtype=np.int64),
-            np.array(multipliers, dtype=np.float64),
-            np.array(offsets, dtype=np.float64),
-            quaternions,
-            np.ascontiguousarray(frames[:, :3, 3]),
-        )
         keys = list(self._columns)
-        positions = np.array([p if axis < 0 else -1 for p, axis in keys], dtype=np.intp)
-        turns = tuple((p, self._columns[p, axis]) for p, axis in keys if axis == 0)
-        tree, is_linear = self._tree, positions >= 0
-        lower = np.where(is_linear, tree.lower[positions], -np.inf)
-        upper = np.where(is_linear, tree.upper[positions], np.inf)
         is_turning = np.zeros(len(keys), dtype=np.bool_)
         is_turning[[c for s, c, *_ in self._rows if c >= 0 and not s]] = True
+        positions = np.array([p if axis < 0 else -1 for p, axis in keys], dtype=np.intp)
+        is_linear, tree = positions >= 0, self._tree
+        lower = np.where(is_linear, tree.lower[positions], -np.inf)
+        upper = np.where(is_linear, tree.upper[positions], np.inf)
+        unit = _unit(frames, (upper - lower)[~is_turning])
+        units = np.where(is_turning, 1.0, unit)
+        scales = np.where(slides, 1.0 / unit, 1.0)
+        which = np.array(columns, dtype=np.int64)
+        factors = np.array([units[c] if c >= 0 else 1.0 for c in which])
+        table = ChainTable(
+            np.array(slides, dtype=np.bool_),
+            which,
+            np.array(multipliers, dtype=np.float64) * factors * scales,
+            np.array(offsets, dtype=np.float64) * scales,
+            quaternions,
+            np.ascontiguousarray(frames[:, :3, 3]) / unit,
+        )
+        turns = tuple((p, self._columns[p, axis]) for p, axis in keys if axis == 0)
         periods = np.array([self._periods[c] for c in range(len(keys))], dtype=np.bool_)
-        return ToolChain(table, positions, turns, lower, upper, is_turning, periods)
+        return ToolChain(
+            table, unit, units, positions, turns, lower / units, upper / units, is_turning, periods
+        )
+
+
+def _unit(frames: NDArray[np.float64], ranges: NDArray[np.float64]) -> float:
+    """Return the power of two (m) below the lengths of a chain's parts and its slides' ranges."""
+    lengths = np.sqrt((frames[:, :3, 3] ** 2).sum(axis=1)).sum()
+    reach = float(lengths + ranges[np.isfinite(ranges)].sum())
+    return 2.0 ** (math.frexp(reach)[1] - 1) if reach > 0.0 else 1.0
 
 
 def _turns_of(quaternions: NDArray[np.float64]) -> NDArray[np.float64]:
