@@ -72,6 +72,10 @@ if TYPE_CHECKING:
     )
     from scene_graph_ros.planning.gcs.result import GcsTrajectoryResult
     from scene_graph_ros.planning.gcs.subgraph import Subgraph
+    from scene_graph_ros.planning.ik.many_poses import (
+        inverse_kinematics_of_poses,
+        PosesReached,
+    )
     from scene_graph_ros.planning.ik.pose_solver import (
         inverse_kinematics,
         InverseKinematics,
@@ -209,6 +213,7 @@ __all__ = [
     "PlanningError",
     "PolytopeCertificate",
     "PoseTarget",
+    "PosesReached",
     "ProgramResult",
     "RationalForwardKinematics",
     "RegionCover",
@@ -238,6 +243,7 @@ __all__ = [
     "certify_by_distances",
     "get_continuous_revolute_joint_indices",
     "inverse_kinematics",
+    "inverse_kinematics_of_poses",
     "iris_in_configuration_space",
     "iris_in_configuration_space_from_clique_cover",
     "iris_zo",
@@ -303,6 +309,7 @@ _MODULES = {
     "planning.gcs.plan_through_regions": ("RegionPlan", "plan_through_regions"),
     "planning.gcs.result": ("GcsTrajectoryResult",),
     "planning.gcs.subgraph": ("Subgraph",),
+    "planning.ik.many_poses": ("PosesReached", "inverse_kinematics_of_poses"),
     "planning.ik.pose_solver": (
         "InverseKinematics",
         "InverseKinematicsFailure",

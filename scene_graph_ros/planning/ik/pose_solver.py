@@ -10,18 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.one_line import one_line
-from scene_graph_ros.geometry.quoting import quoted
-from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
 from scene_graph_ros.planning.checker.path_ends import find_troubles
-from scene_graph_ros.planning.ik.pose_descent import Descents, PoseDescent
-from scene_graph_ros.planning.ik.pose_target import (
-    InverseKinematicsError,
-    PoseTarget,
-)
+from scene_graph_ros.planning.ik.arguments import first_configurations, whole_number
+from scene_graph_ros.planning.ik.pose_search import pose_search, PoseSearch, Tries, which_move
+from scene_graph_ros.planning.ik.pose_target import PoseTarget
 from scene_graph_ros.planning.parallel.stoppable import new_stop
 from scene_graph_ros.robots.kinematic_tree import KinematicTree
-from scene_graph_ros.robots.tree_kernels import FLOATING, PLANAR, REVOLUTE
 
 __all__ = ["InverseKinematics", "InverseKinematicsFailure", "inverse_kinematics"]
 
@@ -30,10 +25,6 @@ _TOGETHER = 32
 
 _SAME = 1e-6
 """rad or m: configurations that differ by less are one."""
-
-
-_POSITIONS = {PLANAR: 3, FLOATING: 7}
-"""Of joints that have several."""
 
 
 class InverseKinematicsFailure(enum.Enum):
@@ -84,9 +75,10 @@ def inverse_kinematics(
     """Return configurations that put a target's tool where it is to be, or why there are none.
 
     ``robots`` is a checker, whose collisions are then avoided, or a tree of links alone. The first
-    of the ``tries`` begins at ``near`` ``(nq,)``, by default zero, the others at random within
-    limits; joints without limits stay within half a turn of ``near``, or as far away as the target
-    is. They end when there are so many different ``solutions``. ``group`` names the group of
+    of the ``tries`` begins at ``near`` ``(nq,)``, by default zero, and ends as near to it as it
+    can; then 16 begin where the tool is near the target, the others at random within limits.
+    Joints without limits end within half a turn of ``near``. They end when there are so many
+    different ``solutions``. ``group`` names the group of
     joints that may move; all others stay at ``near``, and so do those that do not carry the link.
     The same ``seed`` gives the same, unless ``is_over``, which is asked after every 32 tries, ends
     them.
@@ -94,157 +86,95 @@ def inverse_kinematics(
     Raises InverseKinematicsError naming the argument, and KinematicTreeError for an unknown link
     or group, and for ``near`` of another shape or with numbers that mean nothing.
     """
-    is_checked = isinstance(robots, SceneGraphCollisionChecker)
-    tree = robots.plan.tree if isinstance(robots, SceneGraphCollisionChecker) else robots
-    counts = {"solutions": solutions, "tries": tries, "seed": seed}
-    for name, value in counts.items():
-        number, least = as_float(value), 0.0 if name == "seed" else 1.0
-        if number is None or number < least or not number.is_integer():
-            raise InverseKinematicsError(
-                f"{name} must be a whole number from {least:g} on, not {quoted(value)}"
-            )
-    tree.link_index(target.link)
-    first, moves = _first(tree, near, group)
-    moves &= _carries(tree, target.link)
-    lower, upper = _box(tree, first, target)
-    descent = PoseDescent(tree, target, lower, upper, moves)
-    rng, found, done = np.random.default_rng(int(seed)), _Found.nothing(first), 0
+    checker = robots if isinstance(robots, SceneGraphCollisionChecker) else None
+    tree = robots if isinstance(robots, KinematicTree) else robots.plan.tree
+    solutions = whole_number("solutions", solutions, least=1)
+    tries, seed = whole_number("tries", tries, least=1), whole_number("seed", seed)
+    moves = which_move(tree, target.link, group)
+    first = first_configurations(tree, near)
+    search = pose_search(
+        tree,
+        target.link,
+        target.X_LT,
+        moves,
+        first[0],
+        tries=tries,
+        seed=seed,
+        tolerances=(target.position_tolerance, target.rotation_tolerance),
+    )
+    goals, homes = search.goals(target.X_WT[np.newaxis]), search.chain.coordinates(first)
+    found, done = _Found(search, first, checker), 0
     while done < tries and len(found.free) < solutions:
-        count = min(_TOGETHER, int(tries) - done)
-        begin = _samples(tree, rng, lower, upper, count)
-        begin[:, ~moves] = first[~moves]
-        if done == 0:
-            begin[0] = np.clip(first, lower, upper)
-        found = found.with_more(descent.descend(begin), robots if is_checked else None, first)
+        count = min(_TOGETHER, tries - done)
+        found.add(search.tried(goals, homes, done, count, begins_at_home=True, pulled=1))
         done += count
         if is_over is not None and is_over():
             break
-    return found.answer(robots, target, int(solutions), done)
+    if not len(found.free) + len(found.blocked):
+        found.add(search.polished(goals, homes, found.made))
+    return found.answer(target, solutions, done)
 
 
-@dataclass(frozen=True, eq=False)
 class _Found:
-    """What all tries up to now came to."""
+    """All that tries came to up to now."""
 
-    free: NDArray[np.float64]
-    blocked: NDArray[np.float64]
-    best: tuple[NDArray[np.float64], float, float]
-    """The try that came nearest: its configuration, and its errors in m and rad."""
-
-    @classmethod
-    def nothing(cls, first: NDArray[np.float64]) -> _Found:
-        none = np.empty((0, len(first)))
-        return cls(none, none, (first, np.inf, np.inf))
-
-    def with_more(
+    def __init__(
         self,
-        tried: Descents,
-        checker: SceneGraphCollisionChecker | KinematicTree | None,
+        search: PoseSearch,
         first: NDArray[np.float64],
-    ) -> _Found:
-        reached = tried.q[tried.reached]
-        is_free = np.ones(len(reached), dtype=np.bool_)
-        if isinstance(checker, SceneGraphCollisionChecker) and len(reached):
-            is_free = checker.check_configs_collision_free(reached)
-        sizes = np.hypot(tried.position_errors, tried.rotation_errors)
-        row, best = int(np.argmin(sizes)), self.best
-        if sizes[row] < np.hypot(best[1], best[2]):
-            errors = float(tried.position_errors[row]), float(tried.rotation_errors[row])
-            best = tried.q[row], *errors
-        return _Found(
-            _distinct(np.concatenate([self.free, reached[is_free]]), first),
-            _distinct(np.concatenate([self.blocked, reached[~is_free]]), first),
-            best,
+        checker: SceneGraphCollisionChecker | None,
+    ) -> None:
+        self._search, self._first, self._checker = search, first, checker
+        self.free = self.blocked = np.empty((0, first.shape[1]))
+        n = len(search.chain.lower)
+        self.made = Tries(
+            np.empty((1, 0, n)), np.empty((1, 0, 2)), np.empty((1, 0), dtype=np.bool_)
         )
 
-    def answer(
-        self,
-        robots: SceneGraphCollisionChecker | KinematicTree,
-        target: PoseTarget,
-        solutions: int,
-        tries: int,
-    ) -> InverseKinematics:
-        none, (nearest, position, rotation) = self.free[:0], self.best
+    def add(self, tries: Tries) -> None:
+        """Sort in where tries ended."""
+        self.made = Tries(
+            *(np.concatenate(both, axis=1) for both in zip(self.made, tries, strict=True))
+        )
+        reached = self._configurations(tries.x[tries.reached])
+        is_free = np.ones(len(reached), dtype=np.bool_)
+        if self._checker is not None and len(reached):
+            is_free = self._checker.check_configs_collision_free(reached)
+        first = self._first[0]
+        self.free = _distinct(np.concatenate([self.free, reached[is_free]]), first)
+        self.blocked = _distinct(np.concatenate([self.blocked, reached[~is_free]]), first)
+
+    def _configurations(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        return self._search.chain.configurations(x, np.repeat(self._first, len(x), axis=0))
+
+    def answer(self, target: PoseTarget, solutions: int, tries: int) -> InverseKinematics:
+        row = int(self._search.nearest(self.made)[0, 0])
+        position, rotation = map(float, self.made.errors[0, row])
         if len(self.free):
             rows = self.free[:solutions]
             return InverseKinematics(rows, rows[0], position, rotation, None, None, tries)
-        if len(self.blocked) and isinstance(robots, SceneGraphCollisionChecker):
-            nearest = self.blocked[0]
-            (trouble,) = find_troubles(robots, nearest[np.newaxis], robots.tolerance, new_stop())
-            words = trouble.words if trouble is not None else "collides"
-            count = len(self.blocked)
-            kind = InverseKinematicsFailure.COLLIDES
-            reason = (
-                f"all {count} configurations that reach the target collide; the nearest {words}"
-                if count > 1
-                else f"the only configuration that reaches the target {words}"
-            )
+        none = self.free
+        if len(self.blocked) and self._checker is not None:
+            nearest, kind = self.blocked[0], InverseKinematicsFailure.COLLIDES
+            reason = self._why_blocked(self._checker)
             return InverseKinematics(none, nearest, position, rotation, kind, reason, tries)
         kind = InverseKinematicsFailure.UNREACHED
         reason = (
             f"none of {tries} tries brings {target.link!r} to the target: the nearest is"
             f" {1e3 * position:.4g} mm and {rotation:.4g} rad off"
         )
+        (nearest,) = self._configurations(self.made.x[0, row : row + 1])
         return InverseKinematics(none, nearest, position, rotation, kind, reason, tries)
 
-
-def _first(
-    tree: KinematicTree, near: ArrayLike | None, group: str | None
-) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Return where tries begin ``(nq,)``, and which positions may move ``(nq,)``."""
-    zero = tree.zero_configuration()
-    first = np.clip(zero, tree.lower, tree.upper) if near is None else near
-    if np.ndim(first) != 1:
-        raise InverseKinematicsError(f"near must have shape (nq,), not {np.shape(first)}")
-    q = tree.checked_configurations(first)[0].copy()
-    for s in tree.table.starts[1:][tree.table.kinds[1:] == FLOATING]:
-        q[s : s + 4] /= np.linalg.norm(q[s : s + 4])
-    moves = np.ones(tree.num_positions, dtype=np.bool_)
-    if group is not None:
-        moves[:] = False
-        moves[tree.group_positions(group)] = True
-    return q, moves
-
-
-def _carries(tree: KinematicTree, link: str) -> NDArray[np.bool_]:
-    """Return which positions ``(nq,)`` change where a link is: those of joints above it.
-
-    A joint that mimics another is at the other's position.
-    """
-    result, table = np.zeros(tree.num_positions, dtype=np.bool_), tree.table
-    row = tree.joint_of_link[tree.link_index(link)]
-    while row > 0:
-        count = _POSITIONS.get(int(table.kinds[row]), 1)
-        result[table.starts[row] : table.starts[row] + count] = True
-        row = table.parents[row]
-    return result
-
-
-def _box(
-    tree: KinematicTree, first: NDArray[np.float64], target: PoseTarget
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return limits ``(nq,)`` that are finite; those of quaternions have no meaning."""
-    far = np.full(tree.num_positions, 1.0 + float(np.abs(target.X_WT[:3, 3]).sum()))
-    for kind, s in zip(tree.table.kinds[1:], tree.table.starts[1:], strict=True):
-        if kind == REVOLUTE:
-            far[s] = np.pi
-    lower = np.where(np.isfinite(tree.lower), tree.lower, np.minimum(first, tree.upper) - far)
-    upper = np.where(np.isfinite(tree.upper), tree.upper, np.maximum(first, tree.lower) + far)
-    return lower, upper
-
-
-def _samples(
-    tree: KinematicTree,
-    rng: np.random.Generator,
-    lower: NDArray[np.float64],
-    upper: NDArray[np.float64],
-    count: int,
-) -> NDArray[np.float64]:
-    q = lower + rng.random((count, len(lower))) * (upper - lower)
-    for s in tree.table.starts[1:][tree.table.kinds[1:] == FLOATING]:
-        turns = rng.standard_normal((count, 4))
-        q[:, s : s + 4] = turns / np.linalg.norm(turns, axis=1)[:, np.newaxis]
-    return q
+    def _why_blocked(self, checker: SceneGraphCollisionChecker) -> str:
+        (trouble,) = find_troubles(checker, self.blocked[:1], checker.tolerance, new_stop())
+        words = trouble.words if trouble is not None else "collides"
+        if len(self.blocked) == 1:
+            return f"the only configuration that reaches the target {words}"
+        return (
+            f"all {len(self.blocked)} configurations that reach the target collide; the nearest"
+            f" {words}"
+        )
 
 
 def _distinct(q: NDArray[np.float64], first: NDArray[np.float64]) -> NDArray[np.float64]:

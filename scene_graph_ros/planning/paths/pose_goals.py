@@ -38,12 +38,11 @@ class PoseGoals(NamedTuple):
 
 def load_pose_kernels(checker: SceneGraphCollisionChecker, targets: Sequence[PoseTarget]) -> None:
     """Load what the search calls, or compile it. Raises KinematicTreeError for unknown links."""
-    tree = checker.plan.tree
-    q = tree.zero_configuration()[np.newaxis]
-    for link in sorted({target.link for target in targets}):
-        tree.link_poses(q, [link])
-        tree.jacobians(q, link, np.zeros(3))
-    checker.check_configs_collision_free(q)
+    for target in targets:
+        checker.plan.tree.link_index(target.link)
+    for target in targets[:1]:
+        inverse_kinematics(checker, target, tries=2)
+    checker.check_configs_collision_free(checker.plan.tree.zero_configuration()[np.newaxis])
 
 
 def find_pose_goals(

@@ -1,0 +1,48 @@
+"""What searches for configurations are given, checked."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.reals import as_float
+from scene_graph_ros.planning.ik.pose_target import InverseKinematicsError
+from scene_graph_ros.robots.kinematic_tree import KinematicTree
+from scene_graph_ros.robots.tree_kernels import FLOATING
+
+__all__ = ["first_configurations", "whole_number"]
+
+
+def whole_number(name: str, value: Any, *, least: int = 0) -> int:
+    """Return it. Raises InverseKinematicsError for what is no whole number from ``least`` on."""
+    number = as_float(value)
+    if number is None or number < least or not number.is_integer():
+        raise InverseKinematicsError(
+            f"{name} must be a whole number from {least} on, not {quoted(value)}"
+        )
+    return int(number)
+
+
+def first_configurations(
+    tree: KinematicTree, near: ArrayLike | None, count: int | None = None
+) -> NDArray[np.float64]:
+    """Return a copy of ``near`` for each of so many poses ``(count, nq)``, by default zero.
+
+    ``near`` is ``(nq,)``, or with a ``count`` also ``(count, nq)``. Quaternions get length 1.
+    Raises InverseKinematicsError for another shape, KinematicTreeError for what means nothing.
+    """
+    if near is None:
+        near = np.clip(tree.zero_configuration(), tree.lower, tree.upper)
+    shape = np.shape(near)
+    if len(shape) != 1 and not (count is not None and len(shape) == 2 and shape[0] == count):
+        more = "" if count is None else f" or ({count}, nq)"
+        raise InverseKinematicsError(f"near must have shape (nq,){more}, not {shape}")
+    q = tree.checked_configurations(near)
+    for start in tree.table.starts[1:][tree.table.kinds[1:] == FLOATING]:
+        parts = q[:, start : start + 4]
+        q = q.copy()
+        q[:, start : start + 4] = parts / np.linalg.norm(parts, axis=1)[:, np.newaxis]
+    return np.array(np.broadcast_to(q, (1 if count is None else count, q.shape[1])))
