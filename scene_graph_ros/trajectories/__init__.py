@@ -3,7 +3,7 @@
 from scene_graph_ros.trajectories.bezier_curve import BezierCurve
 from scene_graph_ros.trajectories.bspline_trajectory import BsplineTrajectory
 from scene_graph_ros.trajectories.composite_trajectory import CompositeTrajectory
-from scene_graph_ros.trajectories.errors import TrajectoryError
+from scene_graph_ros.trajectories.errors import RetimingError, TrajectoryError
 from scene_graph_ros.trajectories.exponential_plus_piecewise_polynomial import (
     ExponentialPlusPiecewisePolynomial,
 )
@@ -16,7 +16,7 @@ from scene_graph_ros.trajectories.path_parameterized_trajectory import (
     PathParameterizedTrajectory,
 )
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
-from scene_graph_ros.trajectories.retimer import Retimer, RetimingError
+from scene_graph_ros.trajectories.retimer import Retimer
 from scene_graph_ros.trajectories.time_optimal import retime
 from scene_graph_ros.trajectories.trajectory import Trajectory
 from scene_graph_ros.trajectories.trajectory_points import TrajectoryPoints

@@ -2,69 +2,95 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.trajectories.derivatives_of import derivatives_of
+from scene_graph_ros.trajectories.guessed_motion import PathStates
+from scene_graph_ros.trajectories.jerk_limited_motion import fastest_states
+from scene_graph_ros.trajectories.motion_ends import AT_REST, MotionEnds
 from scene_graph_ros.trajectories.motion_limits import MotionLimits
+from scene_graph_ros.trajectories.path_parameterized_trajectory import (
+    PathParameterizedTrajectory,
+)
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
-from scene_graph_ros.trajectories.retimer import Retimer
-from scene_graph_ros.trajectories.sampling import gentler, sample, Sampled
+from scene_graph_ros.trajectories.sampling import Sampled, slowed
+from scene_graph_ros.trajectories.smooth_pieces import smooth_pieces
+from scene_graph_ros.trajectories.trajectory_points import TrajectoryPoints
 
-__all__ = ["sample_along"]
+__all__ = ["sample_jerk_limited"]
 
-_PARTS = (0.5, 0.7, 1.0)
-"""Of a rise time that is certainly enough: what is tried."""
-
-_LESS = 2.0**-0.5
-"""By how much less acceleration is tried next."""
-
-_LEAST = 1e-9
-"""Of the limits: the least acceleration that is tried."""
-
-_WORSE = 2
-"""So many accelerations in turn that are no faster end the search."""
+Array = NDArray[np.float64]
 
 
-def sample_along(
+def sample_jerk_limited(
     path: PiecewisePolynomial,
     limits: MotionLimits,
+    ends: MotionEnds = AT_REST,
     *,
-    rise_time: float = 0.0,
-    retimer: Retimer,
+    judged_by: MotionLimits | None = None,
 ) -> Sampled:
-    """Return points along a path, as a retimer and `sample` make them, within all limits.
+    """Return points of the fastest motion along a path within all limits, of jerk, too.
 
-    Where there are limits of jerk that the retimer knows nothing of, the mean over a rise time
-    keeps them: accelerations change by twice their limit in it, at most. So a rise time of twice
-    the acceleration over the jerk is enough, and half of it where accelerations rise from 0 or
-    fall to it; what is between may still be faster, though it is slowed down. Short ways never
-    come to the limit of acceleration, so less of it, and with it a shorter rise time, is faster
-    there. Of all that is tried the shortest trajectory is returned.
-
-    Raises RetimingError where the retimer finds no motion.
+    It rests where the path's direction jumps, and at both ends, unless ``ends`` say how it moves
+    there. Limits that it is ``judged_by`` may be wider than those that it is made for. Raises TrajectoryError for what would take too long for a message.
     """
-    if limits.jerks is None:
-        return sample(retimer.motion(path, gentler(limits)), limits, rise_time=rise_time)
-    if retimer.keeps_jerks:
-        motion = retimer.motion(path, limits)
-        return sample(motion, limits, rise_time=rise_time, with_accelerations=True)
-    best: Sampled | None = None
-    share, worse = 1.0, 0
-    while share > _LEAST and worse < _WORSE:
-        accelerations = share * limits.accelerations
-        softer = gentler(MotionLimits(limits.velocities, accelerations, limits.names))
-        motion = retimer.motion(path, softer)
-        enough = 2.0 * float((accelerations / limits.jerks).max())
-        tried = [
-            sample(motion, limits, rise_time=seconds)
-            for seconds in sorted({max(rise_time, part * enough) for part in _PARTS})
-        ]
-        found = min(tried, key=_order)
-        worse += 1
-        if best is None or _order(found) < _order(best):
-            best, worse = found, 0
-        share *= _LESS
-    assert best is not None
-    return best
+    pieces = smooth_pieces(path)
+    rates = [(0.0, 0.0)] * (len(pieces) + 1)
+    rates[0], rates[-1] = ends.start, ends.end
+    found = [
+        fastest_states(piece, limits, *own)
+        for piece, own in zip(pieces, pairwise(rates), strict=True)
+    ]
+    states, rests = _joined([each for each, _ in found])
+    motion = _motion(path, states)
+
+    def points(nanoseconds: NDArray[np.int64], factor: float) -> TrajectoryPoints:
+        return _points(path, states, rests, nanoseconds, factor, ends)
+
+    # What is slowed down has other velocities at its ends.
+    factor = max(each for _, each in found) if ends.is_rest else 1.0
+    return slowed(states.times, points, judged_by or limits, motion, factor)
 
 
-def _order(sampled: Sampled) -> tuple[bool, float]:
-    """Return what is less for what is better: within limits, and short."""
-    return sampled.excess is not None, sampled.points.duration
+def _joined(parts: list[PathStates]) -> tuple[PathStates, NDArray[np.intp]]:
+    """Return the states of motions one after another, and at which nodes they rest."""
+    offsets = np.cumsum([0.0, *(part.times[-1] for part in parts)])
+    times = [offset + part.times[1:] for offset, part in zip(offsets[:-1], parts, strict=True)]
+    rows = [
+        np.concatenate([parts[0][i][:1], *(part[i][1:] for part in parts)]) for i in range(1, 4)
+    ]
+    rests = np.cumsum([0, *(len(part.s) - 1 for part in parts)])
+    return PathStates(np.concatenate([[0.0], *times]), *rows), rests
+
+
+def _motion(path: PiecewisePolynomial, states: PathStates) -> PathParameterizedTrajectory:
+    """Return where it is on the path at all times."""
+    scaling = states.scaling()
+    # Between two nodes s may swing beyond an end by rounding of their times.
+    within = scaling.control_points.clip(path.start_time, path.end_time)
+    return PathParameterizedTrajectory(path, PiecewisePolynomial(scaling.breaks, within))
+
+
+def _points(
+    path: PiecewisePolynomial,
+    states: PathStates,
+    rests: NDArray[np.intp],
+    nanoseconds: NDArray[np.int64],
+    factor: float,
+    ends: MotionEnds,
+) -> TrajectoryPoints:
+    """Return a motion's points at the whole nanoseconds next to its nodes, so much slower."""
+    times = nanoseconds * (1e-9 / factor)
+    s, speed, acceleration = derivatives_of(states.scaling(), times)[:3]
+    for row, own in zip((s, speed, acceleration), states[1:], strict=True):
+        row[rests, 0] = own[rests]
+    q, first, second = derivatives_of(path, s[:, 0])[:3]
+    v = first * speed / factor
+    a = (second * speed**2 + first * acceleration) / factor**2
+    q[[0, -1]] = path.control_points[0, 0], path.control_points[-1, -1]
+    if ends.rates is not None:
+        v[[0, -1]], a[[0, -1]] = zip(*ends.rates, strict=True)
+    return TrajectoryPoints(nanoseconds, q, v, a)

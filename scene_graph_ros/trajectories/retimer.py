@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.trajectories.errors import TrajectoryError
+from scene_graph_ros.trajectories.motion_ends import MotionEnds
 from scene_graph_ros.trajectories.motion_limits import MotionLimits
 from scene_graph_ros.trajectories.path_parameterized_trajectory import (
     PathParameterizedTrajectory,
@@ -20,11 +20,7 @@ from scene_graph_ros.trajectories.path_parameterized_trajectory import (
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
 from scene_graph_ros.trajectories.time_optimal import GRID_POINTS, retime
 
-__all__ = ["Retimer", "RetimingError", "TimeOptimalRetimer", "as_grid_points"]
-
-
-class RetimingError(SceneGraphError, RuntimeError):
-    """A retimer found no speeds along a path."""
+__all__ = ["Retimer", "TimeOptimalRetimer", "as_grid_points"]
 
 
 @one_line()
@@ -75,6 +71,18 @@ class TimeOptimalRetimer(Retimer):
     ) -> PathParameterizedTrajectory:
         """Return the fastest motion."""
         return retime(path, limits, grid_points=self.grid_points)
+
+    def motion_between(
+        self, path: PiecewisePolynomial, limits: MotionLimits, ends: MotionEnds
+    ) -> PathParameterizedTrajectory:
+        """Return the fastest motion with some speeds at both ends. Raises RetimingError."""
+        return retime(
+            path,
+            limits,
+            grid_points=self.grid_points,
+            start_speed=ends.start[0],
+            end_speed=ends.end[0],
+        )
 
     def finer(self) -> TimeOptimalRetimer:
         """Return it with twice as many stretches."""

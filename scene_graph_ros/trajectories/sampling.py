@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.trajectories.errors import TrajectoryError
+from scene_graph_ros.trajectories.motion_ends import AT_REST, MotionEnds
 from scene_graph_ros.trajectories.motion_limits import (
     LimitExcess,
     MotionLimits,
@@ -19,7 +21,7 @@ from scene_graph_ros.trajectories.path_parameterized_trajectory import (
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
 from scene_graph_ros.trajectories.trajectory_points import TrajectoryPoints
 
-__all__ = ["SHORTEST", "Sampled", "gentler", "sample"]
+__all__ = ["SHORTEST", "Sampled", "gentler", "sample", "slowed"]
 
 SHORTEST = 3e-6
 """s, between two points: in less, rounding of positions and times alone would be accelerations."""
@@ -66,16 +68,45 @@ class Sampled(NamedTuple):
     """s."""
 
 
+def slowed(
+    times: NDArray[np.float64],
+    points_at: Callable[[NDArray[np.int64], float], TrajectoryPoints],
+    limits: MotionLimits,
+    motion: PathParameterizedTrajectory,
+    factor: float = 1.0,
+    rise_time: float = 0.0,
+) -> Sampled:
+    """Return the points of a motion, slowed down until they are within the limits at all times.
+
+    ``points_at`` gives its points at whole nanoseconds, so many times slower than it is. Raises
+    TrajectoryError for what would take too long for a message.
+    """
+    for _ in range(_ROUNDS):
+        nanoseconds = np.rint(times * factor * 1e9)
+        if not nanoseconds[-1] <= _LONGEST * 1e9:
+            raise TrajectoryError(f"the trajectory would take more than {_LONGEST:g} s")
+        points = points_at(nanoseconds.astype(np.int64), factor)
+        worst = worst_ratio(points.trajectory(), limits)
+        if worst.ratio <= 1.0:
+            return Sampled(points, None, factor, motion, rise_time)
+        if worst.ratio == np.inf:
+            break
+        factor *= worst.ratio ** (1.0 / _ORDERS[worst.kind]) * _SPARE
+    return Sampled(points, worst, factor, motion, rise_time)
+
+
 def sample(
     motion: PathParameterizedTrajectory,
     limits: MotionLimits,
     *,
     rise_time: float = 0.0,
     with_accelerations: bool = False,
+    ends: MotionEnds = AT_REST,
 ) -> Sampled:
     """Return points through which a trajectory runs within limits, at all times.
 
-    ``motion`` begins at 0 s and is at rest at both ends. Without a ``rise_time`` the points have
+    ``motion`` begins at 0 s and is at rest at both ends, unless ``ends`` say how it moves there;
+    then it must have no ``rise_time``. Without a ``rise_time`` the points have
     velocities, and cubics run through them. With one (s), each moment becomes the mean of the
     ``rise_time`` around it, which keeps all limits of velocity and acceleration, makes the
     acceleration continuous and its jerk twice the acceleration over the ``rise_time`` at most, and
@@ -94,20 +125,11 @@ def sample(
         times = np.unique(np.concatenate([times, times + rise_time]))
     times = _apart(times, max(SHORTEST, _NEAR * rise_time))
     factor = max(1.0, SHORTEST / float(np.diff(times).min()))
-    for _ in range(_ROUNDS):
-        nanoseconds = np.rint(times * factor * 1e9)
-        if not nanoseconds[-1] <= _LONGEST * 1e9:
-            raise TrajectoryError(f"the trajectory would take more than {_LONGEST:g} s")
-        points = _points(
-            motion, nanoseconds.astype(np.int64), factor, rise_time, with_accelerations
-        )
-        worst = worst_ratio(points.trajectory(), limits)
-        if worst.ratio <= 1.0:
-            return Sampled(points, None, factor, motion, rise_time)
-        if worst.ratio == np.inf:
-            break
-        factor *= worst.ratio ** (1.0 / _ORDERS[worst.kind]) * _SPARE
-    return Sampled(points, worst, factor, motion, rise_time)
+
+    def points(nanoseconds: NDArray[np.int64], factor: float) -> TrajectoryPoints:
+        return _points(motion, nanoseconds, factor, rise_time, with_accelerations, ends)
+
+    return slowed(times, points, limits, motion, factor, rise_time)
 
 
 def _with_rests(
@@ -139,17 +161,18 @@ def _points(
     factor: float,
     rise_time: float,
     with_accelerations: bool,
+    ends: MotionEnds,
 ) -> TrajectoryPoints:
     """Return a motion's points, ``factor`` times slower."""
     times = nanoseconds.astype(np.float64) * 1e-9 / factor
     if rise_time == 0.0:
         q, v = motion.value(times), motion.eval_derivative(times) / factor
-        _at_rest(v)
+        _at_ends(v, ends, 0)
         _from_to(q, motion)
         if not with_accelerations:
             return TrajectoryPoints(nanoseconds, q, v)
         a = motion.eval_derivative(times, 2) / factor**2
-        _at_rest(a)
+        _at_ends(a, ends, 1)
         return TrajectoryPoints(nanoseconds, q, v, a)
     # The mean over the time before t: its derivatives are differences of what is at its ends.
     v = _mean_rate(motion, times, rise_time)
@@ -160,8 +183,8 @@ def _points(
         for part, weight in _GAUSS
     )
     q = motion.value(0.0) + np.concatenate([np.zeros((1, motion.rows)), (moved * steps).cumsum(0)])
-    _at_rest(v)
-    _at_rest(a)
+    _at_ends(v, ends, 0)
+    _at_ends(a, ends, 1)
     _from_to(q, motion)
     return TrajectoryPoints(nanoseconds, q, v / factor, a / factor**2)
 
@@ -181,8 +204,8 @@ def _velocity(
     return np.where(is_inside[:, np.newaxis], motion.eval_derivative(times), 0.0)
 
 
-def _at_rest(rates: NDArray[np.float64]) -> None:
-    rates[[0, -1]] = 0.0
+def _at_ends(rates: NDArray[np.float64], ends: MotionEnds, order: int) -> None:
+    rates[[0, -1]] = 0.0 if ends.rates is None else [each[order] for each in ends.rates]
 
 
 def _from_to(q: NDArray[np.float64], motion: PathParameterizedTrajectory) -> None:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
-from scene_graph_ros.trajectories.errors import TrajectoryError
+from scene_graph_ros.trajectories.errors import RetimingError, TrajectoryError
 from scene_graph_ros.trajectories.motion_limits import MotionLimits
 from scene_graph_ros.trajectories.motion_of_speeds import motion_of_speeds
 from scene_graph_ros.trajectories.path_parameterized_trajectory import (
@@ -28,6 +28,13 @@ GRID_POINTS = 16
 _SMOOTH = 1e-9
 """Relative: where a path's direction changes by more at a break, it has a corner."""
 
+_BENT = 2.0
+"""A segment whose direction changes by less than half of it takes fewer stretches, in proportion."""
+
+_NO_PEAK = 1e-4
+"""Relative: where a stretch's squared speeds differ by less, no faster phase inside of it is worth
+its points."""
+
 _ROUNDING = 8.0 * np.finfo(np.float64).eps
 """Of a segment's coordinates: control points that are so near to a straight line are on it."""
 
@@ -36,9 +43,16 @@ _FASTEST = 1e150
 
 
 def retime(
-    path: Polynomials, limits: MotionLimits, *, grid_points: int = GRID_POINTS
+    path: Polynomials,
+    limits: MotionLimits,
+    *,
+    grid_points: int = GRID_POINTS,
+    start_speed: float = 0.0,
+    end_speed: float = 0.0,
 ) -> PathParameterizedTrajectory:
-    """Return the fastest trajectory along a path q(s) from rest to rest, starting at 0 s.
+    """Return the fastest trajectory along a path q(s), starting at 0 s.
+
+    It begins and ends at rest, or with ds/dt of ``start_speed`` and ``end_speed``.
 
     Along straight segments it is the exact optimum; along a curved one it speeds up or slows down
     evenly on each of ``grid_points`` equal stretches. It stops at corners, where the path's
@@ -46,7 +60,7 @@ def retime(
     others at the ends of all stretches, and `find_excess` says what is beyond between them.
 
     Raises TrajectoryError for limits of another dimension, and for a path that is no polynomials,
-    that jumps or has a segment that goes nowhere.
+    that jumps or has a segment that goes nowhere; RetimingError for speeds that are too fast.
     """
     number = as_float(grid_points)
     if number is None or number < 1.0 or not number.is_integer():
@@ -65,7 +79,7 @@ def retime(
     still = (np.ptp(points, axis=1) == 0.0).all(axis=1)
     if still.any():
         raise TrajectoryError(f"segment {int(np.argmax(still))} of the path goes nowhere")
-    return _Stretches(path, limits, int(number)).trajectory()
+    return _Stretches(path, limits, int(number)).trajectory(start_speed, end_speed)
 
 
 class _Stretches:
@@ -74,7 +88,12 @@ class _Stretches:
     def __init__(self, path: PiecewisePolynomial, limits: MotionLimits, grid: int) -> None:
         self.path, self.limits = path, limits
         is_straight = straight_segments(path)
-        counts = np.where(is_straight, 1, grid)
+        # A segment that hardly bends takes fewer stretches.
+        bends = np.abs(np.diff(path.control_points, 2, axis=1)).sum(axis=1)
+        ways = np.abs(np.diff(path.control_points, axis=1)).sum(axis=1)
+        turns = (bends / limits.velocities).max(axis=1) / (ways / limits.velocities).max(axis=1)
+        needed = np.ceil(grid * _BENT * path.degree * turns).clip(1, grid).astype(np.int64)
+        counts = np.where(is_straight, 1, needed)
         nodes = [
             np.linspace(low, high, count, endpoint=False)
             for low, high, count in zip(path.breaks[:-1], path.breaks[1:], counts, strict=True)
@@ -104,15 +123,20 @@ class _Stretches:
             result[:, end] = points[:, 0]
         return result
 
-    def trajectory(self) -> PathParameterizedTrajectory:
-        """Return the fastest trajectory."""
+    def trajectory(self, start: float, end: float) -> PathParameterizedTrajectory:
+        """Return the fastest trajectory, with some speeds at both ends. Raises RetimingError."""
         count = len(self.steps)
         caps, most, x = self._caps(), np.empty(count + 1), np.empty(count + 1)
+        _demand_within("start", start**2, caps[0])
+        _demand_within("end", end**2, caps[-1])
+        caps[[0, -1]] = start**2, end**2
         limits = np.array(self.limits.accelerations)
         stretches = Stretches(
             self.steps, self.straight, self.rates, self.first, self.second, limits
         )
         fastest_squared_speeds(stretches, caps, most, x)
+        _demand_within("start", start**2, most[0])
+        _demand_within("end", end**2, x[-1])
         s, squares = self._with_peaks(x)
         return motion_of_speeds(self.path, s, np.sqrt(squares))
 
@@ -141,7 +165,6 @@ class _Stretches:
         size = np.maximum(np.abs(before), np.abs(after)).max(axis=1, keepdims=True)
         corner = (np.abs(after - before) > _SMOOTH * size).any(axis=1)
         caps[1:-1][corner] = 0.0
-        caps[[0, -1]] = 0.0
         return caps
 
     def _with_peaks(self, x: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
@@ -158,7 +181,7 @@ class _Stretches:
         first, last = low + up, np.maximum(high - down, low + up)
         s, squares = [self.nodes[:1]], [x[:1]]
         for k in range(len(self.steps)):
-            if self.straight[k]:
+            if self.straight[k] and peak[k] > (1.0 + _NO_PEAK) * min(x[k], x[k + 1]):
                 inner = [(first[k], peak[k])]
                 if last[k] - first[k] > _SMOOTH * self.steps[k]:
                     inner.append((last[k], peak[k]))
@@ -169,6 +192,16 @@ class _Stretches:
             s.append(high[k : k + 1])
             squares.append(x[k + 1 : k + 2])
         return np.concatenate(s), np.concatenate(squares)
+
+
+def _demand_within(where: str, square: float, most: float) -> None:
+    """Raise RetimingError where a squared speed at an end is more than it may be."""
+    if square > most * (1.0 + _SMOOTH):
+        share = np.sqrt(most / square)
+        raise RetimingError(
+            f"the velocity at the {where} is too fast for the path and the limits of velocity and"
+            f" acceleration: at most {share:.3g} of it is possible"
+        )
 
 
 def straight_segments(path: PiecewisePolynomial) -> NDArray[np.bool_]:

@@ -163,7 +163,7 @@ def test_a_corner_is_rounded_as_fast_as_its_curvature_allows():
     d, a = 1e-4, 4.0
     most = limits(2, velocity=1.0, acceleration=a)
     corners = CornerPath(np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]), most.velocities)
-    motion = retime(corners.rounded(np.array([d])), most)
+    motion = retime(corners.rounded(np.array([[d, d]])), most)
     v = np.sqrt(2.0 * d * a)
     edge = 1.0 / a + (1.0 - v) / a + (1.0 - d) - 1.0 / (2.0 * a) - (1.0 - v**2) / (2.0 * a)
     assert motion.duration == pytest.approx(2.0 * edge + 2.0 * d / v, rel=1e-9)

@@ -26,15 +26,15 @@ from scene_graph_ros.planning.timing.timing_problem import (
 from scene_graph_ros.robots.tree_joint import KinematicTreeError
 from scene_graph_ros.trajectories.bezier_curve import BezierCurve
 from scene_graph_ros.trajectories.composite_trajectory import CompositeTrajectory
-from scene_graph_ros.trajectories.errors import TrajectoryError
-from scene_graph_ros.trajectories.jerk_limited import sample_along
+from scene_graph_ros.trajectories.errors import RetimingError, TrajectoryError
+from scene_graph_ros.trajectories.sample_along import sample_along
 from scene_graph_ros.trajectories.motion_limits import MotionLimits
 from scene_graph_ros.trajectories.path_parameterized_trajectory import (
     PathParameterizedTrajectory,
 )
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
 from scene_graph_ros.trajectories.polynomials_of import Polynomials, polynomials_of
-from scene_graph_ros.trajectories.retimer import Retimer, RetimingError
+from scene_graph_ros.trajectories.retimer import Retimer
 from scene_graph_ros.trajectories.retimers.named_retimers import as_retimer
 from scene_graph_ros.trajectories.unwrapping import normalize_segment_times
 

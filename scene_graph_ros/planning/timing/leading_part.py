@@ -1,9 +1,12 @@
-"""Trajectories that lead out of a collision: a part to where all is free, and one from there."""
+"""Trajectories of parts: from rest to rest, and out of a collision to where all is free."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import reduce
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,14 +16,25 @@ from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.planning.checker.start_overlap import start_overlap_of
 from scene_graph_ros.planning.timing.timing_problem import TimedPath, TimingProblem
 from scene_graph_ros.trajectories.errors import TrajectoryError
+from scene_graph_ros.trajectories.motion_ends import EndRates
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
 from scene_graph_ros.trajectories.trajectory_points import TrajectoryPoints
 
-__all__ = ["joined", "led_out", "parts_of"]
+__all__ = ["Parts", "joined", "led_out", "parts_of"]
 
 
-def parts_of(problem: TimingProblem, free_from: int) -> tuple[TimingProblem, ...]:
-    """Return the parts of a path that are timed one after another, from rest to rest.
+class Parts(NamedTuple):
+    """The parts of a path that are timed one after another, with rest where they meet."""
+
+    problems: tuple[TimingProblem, ...]
+    ends: tuple[int, ...]
+    """At which configurations they end."""
+    leads: int
+    """Up to which one they lead out of a collision."""
+
+
+def parts_of(problem: TimingProblem, free_from: int) -> Parts:
+    """Return the parts of a path: between configurations at rest, and where it gets free.
 
     Raises TrajectoryError for a ``free_from`` that is no configuration of the path.
     """
@@ -31,35 +45,60 @@ def parts_of(problem: TimingProblem, free_from: int) -> tuple[TimingProblem, ...
             f" {quoted(free_from)}"
         )
     overlap = start_overlap_of(problem.checker, path[0]) if row else None
-    if overlap is None:
-        return (problem,)
-    k = int(row)
-    leading = problem._replace(path=path[: k + 1], checker=overlap.checker)
-    return leading, problem._replace(path=path[k:])
+    leads = int(row) if overlap is not None else 0
+    last = len(path) - 1
+    rests = np.flatnonzero(problem.at_rest)
+    ends = [0, *sorted({leads, *rests.tolist()} - {0, last}), last] if last else [0, 0]
+    parts = [_part(problem, low, high) for low, high in pairwise(ends)]
+    if overlap is not None:
+        parts = [
+            part._replace(checker=overlap.checker) if high <= leads else part
+            for part, high in zip(parts, ends[1:], strict=True)
+        ]
+    return Parts(tuple(parts), tuple(ends[1:]), leads)
 
 
-def led_out(parts: Sequence[TimedPath]) -> TimedPath:
-    """Return the trajectory of the parts of `parts_of`, of which a first one leads out."""
-    whole = joined(parts)
-    if len(parts) == 1 or not whole.is_success:
-        return whole
-    lead, rest = parts
-    assert lead.points is not None
-    return replace(
-        whole, least_clearance=rest.least_clearance, free_from=len(lead.points.positions) - 1
+def _part(problem: TimingProblem, low: int, high: int) -> TimingProblem:
+    """Return the part of a problem from one configuration to another."""
+    rest = EndRates(*(np.zeros(len(problem.rows)) for _ in range(2)))
+    return problem._replace(
+        path=problem.path[low : high + 1],
+        through=problem.through[low : high + 1],
+        start=problem.start if low == 0 else rest,
+        end=problem.end if high == len(problem.path) - 1 else rest,
     )
 
 
+def led_out(parts: Parts, found: Sequence[TimedPath]) -> TimedPath:
+    """Return the trajectory of all parts, of which the first ones may lead out."""
+    whole = joined(found)
+    if not parts.leads or not whole.is_success:
+        return whole
+    points, least = 0, np.inf
+    for each, end in zip(found, parts.ends, strict=True):
+        assert each.points is not None
+        if end <= parts.leads:
+            points += len(each.points.positions) - 1
+        else:
+            least = min(least, each.least_clearance)
+    return replace(whole, least_clearance=least, free_from=points)
+
+
 def joined(parts: Sequence[TimedPath]) -> TimedPath:
-    """Return a trajectory of one or two parts; that of the first that failed, where one did."""
+    """Return a trajectory of parts that rest where they meet; the first that failed, if one did."""
     failed = next((part for part in parts if not part.is_success), None)
-    if failed is not None or len(parts) == 1:
-        return failed or parts[0]
-    (lead, rest), offset = parts, parts[0].points.nanoseconds[-1]  # type: ignore[union-attr]
+    if failed is not None:
+        return failed
+    return reduce(_two, parts)
+
+
+def _two(lead: TimedPath, rest: TimedPath) -> TimedPath:
+    """Return a trajectory of two."""
     assert lead.points is not None
     assert rest.points is not None
     assert lead.trajectory is not None
     assert rest.trajectory is not None
+    offset = lead.points.nanoseconds[-1]
     points = TrajectoryPoints(
         np.concatenate([lead.points.nanoseconds, rest.points.nanoseconds[1:] + offset]),
         np.concatenate([lead.points.positions, rest.points.positions[1:]]),

@@ -11,7 +11,10 @@ from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisi
 from scene_graph_ros.planning.edges.edge_stretches import FREE
 from scene_graph_ros.planning.parallel.stoppable import run_stoppable, Stops
 from scene_graph_ros.planning.timing.leading_part import led_out, parts_of
+from scene_graph_ros.planning.timing.path_options import PathOptions, with_options
+from scene_graph_ros.planning.timing.rounded_path import RoundedPath
 from scene_graph_ros.planning.timing.timing_problem import (
+    TimingFailure,
     as_timed_path,
     as_timeout,
     beyond_limit,
@@ -23,23 +26,15 @@ from scene_graph_ros.planning.timing.timing_problem import (
     TimingProblem,
     too_late,
 )
-from scene_graph_ros.trajectories.corners import CornerPath
-from scene_graph_ros.trajectories.errors import TrajectoryError
-from scene_graph_ros.trajectories.jerk_limited import sample_along
+from scene_graph_ros.trajectories.errors import RetimingError, TrajectoryError
+from scene_graph_ros.trajectories.sample_along import sample_along
 from scene_graph_ros.trajectories.motion_limits import MotionLimits
-from scene_graph_ros.trajectories.retimer import Retimer, RetimingError
+from scene_graph_ros.trajectories.retimer import Retimer
 from scene_graph_ros.trajectories.retimers.named_retimers import as_retimer
 from scene_graph_ros.trajectories.sampling import Sampled, SHORTEST
 from scene_graph_ros.trajectories.trajectory_points import TrajectoryPoints
 
 __all__ = ["prove_trajectory", "time_path"]
-
-_KEPT = 20.0
-"""Times the checker's tolerance, what is left beside a rounded corner: what runs through points is
-not quite on it."""
-
-_SMALLEST = 1.0 / 64.0
-"""Of the largest: corners that would have to be rounded less are stopped at."""
 
 
 def time_path(
@@ -52,18 +47,35 @@ def time_path(
     grid_points: int | None = None,
     start_tolerance: float = 0.0,
     free_from: int = 0,
+    deviation: ArrayLike | None = None,
+    through: ArrayLike = (),
+    at_rest: ArrayLike = (),
+    start_velocity: ArrayLike | None = None,
+    start_acceleration: ArrayLike | None = None,
+    end_velocity: ArrayLike | None = None,
+    end_acceleration: ArrayLike | None = None,
     timeout: float | None = None,
     watch: Callable[[], None] | None = None,
 ) -> TimedPath:
-    """Return a fast trajectory along a path ``(n, nq)`` of straight edges, from rest to rest.
+    """Return a fast trajectory along a path ``(n, nq)`` of straight edges.
 
     ``limits`` are of the positions that move, by name; all others must be the same on all of the
-    path. Corners are rounded by parabolas, as large as is proven free, and stopped at where none
-    is. What is returned are points and the cubics through them, as controllers run them: of these
-    it is shown that they keep all limits at all times, and proven that they are free. With a
-    ``rise_time`` (s) accelerations do not jump, but take so long to change; then points have
-    accelerations, and it is the quintics through them. Where ``limits`` have jerks, the rise time
-    is at least what keeps them.
+    path. Corners are rounded, as far as is proven free, and stopped at where they can't be. What is
+    returned are points and the cubics through them, as controllers run them: of these it is shown
+    that they keep all limits at all times, and proven that they are free. With limits of jerk
+    accelerations do not jump; then points have them, and it is the quintics through them. With a
+    ``rise_time`` (s) and no limits of jerk each moment becomes the mean of so much time around it.
+
+    Rounded corners reach at most to the middles of edges. Where the path turns back, by 172 degrees
+    or more, it is followed to the end, with rest. Points that are on straight edges between
+    others, but for what rounding to float32 or to 3 to 7 decimals does, are no corners.
+    ``deviation``, one or ``(nq,)`` in the units of q, is how far from the path the trajectory may
+    be; 0 rests at each corner. ``through`` are rows of the path that it passes exactly, and
+    ``at_rest`` rows at which it rests. Where it can't pass a row of ``through`` on a curve that
+    is free, it rests there.
+
+    It begins and ends at rest, or with velocities and accelerations ``(nq,)``; those that are not
+    along the first and the last edge take it off these, and accelerations need limits of jerk.
 
     ``retimer`` says what finds how fast the path is gone along. ``"time_optimal"`` is our own,
     whose ``grid_points`` (default 16) are stretches of each corner with one speedup each: more are
@@ -74,19 +86,27 @@ def time_path(
     ``free_from``. The trajectory rests there. Before, it is proven that no pair gets deeper than
     at the start by more than 0.01 mm.
 
-    Raises TrajectoryError naming what makes no sense: a ``free_from`` that the path has not, a
-    path that moves positions without limits, or turns a floating joint. Raises as
+    Raises TrajectoryError naming what makes no sense: rows that the path has not, rates beyond
+    their limits, a path that moves positions without limits, or turns a floating joint. Raises as
     `SceneGraphCollisionChecker` does for configurations of another shape, and MissingRetimerError
     where a retimer is not installed.
     """
     # Others may change theirs meanwhile.
     chosen = as_retimer(retimer, grid_points)
     problem = timing_problem(checker.clone(), path, limits, rise_time, chosen)
+    asked = PathOptions(
+        deviation,
+        through,
+        at_rest,
+        (start_velocity, start_acceleration),
+        (end_velocity, end_acceleration),
+    )
+    problem = with_options(problem, asked)
     problem = problem._replace(start_tolerance=max(float(start_tolerance), 0.0))
     parts = parts_of(problem, free_from)
     patience = as_timeout(timeout)
     return run_stoppable(
-        lambda stops: led_out([_timed(part, stops) for part in parts]),
+        lambda stops: led_out(parts, [_timed(part, stops) for part in parts.problems]),
         patience,
         watch or (lambda: None),
     )
@@ -155,20 +175,29 @@ def _timed(problem: TimingProblem, stops: Stops) -> TimedPath:
 
 def _retimed(problem: TimingProblem, stops: Stops) -> TimedPath:
     """Return the trajectory; told to stop, why there is none. Raises RetimingError."""
-    corners = CornerPath(problem.path[:, problem.rows], problem.limits.velocities)
-    if len(corners.points) == 1:
-        return _at_rest(problem, corners, stops)
-    curve = problem.retimer.curve(corners.points, problem.limits.velocities)
-    largest = corners.largest_sizes()
-    sizes = np.zeros_like(largest)
-    if curve is None and not problem.retimer.stops_at_corners:
-        sizes = _proven_sizes(problem, corners, largest, stops)
+    found = _along(problem, RoundedPath(problem), stops)
+    if found.failure is TimingFailure.NOT_FREE:
+        # What was left out of the path as rounding may have been what kept it free.
+        whole = RoundedPath(problem, leaves_out=False)
+        if whole.num_points > RoundedPath(problem).num_points:
+            return _along(problem, whole, stops)
+    return found
+
+
+def _along(problem: TimingProblem, rounded: RoundedPath, stops: Stops) -> TimedPath:
+    """Return the trajectory along a path whose corners are rounded as far as it is free."""
+    if rounded.num_points == 1:
+        return _at_rest(problem, rounded.points, stops)
+    if not problem.retimer.stops_at_corners:
+        rounded.prove_sizes(stops)
     while True:
+        curve, ends = rounded.curve()
         sampled = sample_along(
-            corners.rounded(sizes) if curve is None else curve,
+            curve,
             problem.limits,
             rise_time=problem.rise_time,
             retimer=problem.retimer,
+            ends=ends,
         )
         if sampled.excess is not None:
             return beyond_limit(problem, sampled.excess)
@@ -176,33 +205,14 @@ def _retimed(problem: TimingProblem, stops: Stops) -> TimedPath:
         proofs = problem.prove(trajectory.control_points, problem.checker.tolerance, stops.proving)
         excess = position_excess(problem, trajectory)
         if excess is None and (proofs.statuses == FREE).all():
-            passed = sizes if curve is None else sizes[:0]
-            return as_timed_path(problem, sampled.points, trajectory, proofs, passed)
+            return as_timed_path(problem, sampled.points, trajectory, proofs, rounded.passed())
         if stops.looking[0] != 0:
             return too_late()
         times = [] if excess is None else [excess.time]
         bad = np.flatnonzero(proofs.statuses != FREE)
         times += (0.5 * (trajectory.breaks[bad] + trajectory.breaks[bad + 1])).tolist()
-        if not sizes.any():
+        if not rounded.shrink(_places(sampled, times)):
             return not_free(problem, trajectory, proofs, excess)
-        _shrink(corners, sizes, largest, _places(sampled, times))
-
-
-def _proven_sizes(
-    problem: TimingProblem, corners: CornerPath, largest: NDArray[np.float64], stops: Stops
-) -> NDArray[np.float64]:
-    """Return how much of each corner can be rounded, at most, so that it is proven free."""
-    sizes = largest.copy()
-    tolerance = _KEPT * problem.checker.tolerance
-    untried = np.arange(corners.num_corners)
-    while len(untried) and stops.looking[0] == 0:
-        proofs = problem.prove(corners.rounded_corners(sizes)[untried], tolerance, stops.looking)
-        untried = untried[proofs.statuses != FREE]
-        sizes[untried] *= 0.5
-        sizes[sizes < _SMALLEST * largest] = 0.0
-        untried = untried[sizes[untried] > 0.0]
-    sizes[untried] = 0.0
-    return sizes
 
 
 def _places(sampled: Sampled, times: list[float]) -> NDArray[np.float64]:
@@ -212,23 +222,9 @@ def _places(sampled: Sampled, times: list[float]) -> NDArray[np.float64]:
     return sampled.motion.time_scaling.value(before)[:, 0]
 
 
-def _shrink(
-    corners: CornerPath,
-    sizes: NDArray[np.float64],
-    largest: NDArray[np.float64],
-    places: NDArray[np.float64],
-) -> None:
-    """Round the corners next to some places by half as much, or not at all."""
-    rows = {corners.corner_at(sizes, float(s)) for s in places}
-    for row in rows:
-        sizes[row] *= 0.5
-        if sizes[row] < _SMALLEST * largest[row]:
-            sizes[row] = 0.0
-
-
-def _at_rest(problem: TimingProblem, corners: CornerPath, stops: Stops) -> TimedPath:
+def _at_rest(problem: TimingProblem, q: NDArray[np.float64], stops: Stops) -> TimedPath:
     """Return the trajectory that stays where it is, for as short as that can be said."""
-    points = np.repeat(corners.points, 2, axis=0)
+    points = np.repeat(q, 2, axis=0)
     times = np.array([0, round(SHORTEST * 1e9)])
     rates = np.zeros_like(points)
     has_accelerations = problem.rise_time > 0.0 or problem.limits.jerks is not None

@@ -21,6 +21,7 @@ from scene_graph_ros.planning.edges.edge_stretches import EdgeRules, FREE
 from scene_graph_ros.planning.pairs.check_kernels import NO_PAIR
 from scene_graph_ros.trajectories.errors import TrajectoryError
 from scene_graph_ros.trajectories.limit_rounding import LIMIT_ROUNDING
+from scene_graph_ros.trajectories.motion_ends import EndRates
 from scene_graph_ros.trajectories.motion_limits import (
     find_excess,
     LimitExcess,
@@ -101,8 +102,17 @@ class TimingProblem(NamedTuple):
     limits: MotionLimits
     rise_time: float
     retimer: Retimer
-    start_tolerance: float = 0.0
+    start_tolerance: float
     """rad or m: how far beyond limits the first configuration may be."""
+    deviation: NDArray[np.float64] | None
+    """``(k,)``: how far from the path a trajectory may be."""
+    through: NDArray[np.bool_]
+    """``(n,)``: which configurations it passes exactly."""
+    at_rest: NDArray[np.bool_]
+    """``(n,)``: at which it rests."""
+    start: EndRates
+    """Velocity and acceleration ``(k,)``; of none where it rests."""
+    end: EndRates
 
     def whole(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return configurations ``(..., nq)`` of the positions that move ``(..., k)``."""
@@ -143,7 +153,21 @@ def timing_problem(
     seconds = as_float(rise_time)
     if seconds is None or not 0.0 <= seconds < math.inf:
         raise TrajectoryError(f"rise_time must be seconds from 0 on, not {quoted(rise_time)}")
-    return TimingProblem(checker, q, rows, limits, seconds, retimer or TimeOptimalRetimer())
+    none, rest = np.zeros(len(q), dtype=np.bool_), EndRates(*np.zeros((2, len(rows))))
+    return TimingProblem(
+        checker,
+        q,
+        rows,
+        limits,
+        seconds,
+        retimer or TimeOptimalRetimer(),
+        0.0,
+        None,
+        none,
+        none,
+        rest,
+        rest,
+    )
 
 
 def as_timeout(timeout: float | None) -> float | None:

@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.one_line import one_line
-from scene_graph_ros.trajectories.errors import TrajectoryError
+from scene_graph_ros.trajectories.errors import RetimingError, TrajectoryError
 from scene_graph_ros.trajectories.motion_limits import MotionLimits
 from scene_graph_ros.trajectories.path_parameterized_trajectory import (
     PathParameterizedTrajectory,
 )
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
-from scene_graph_ros.trajectories.retimer import Retimer, RetimingError
+from scene_graph_ros.trajectories.retimer import Retimer
 from scene_graph_ros.trajectories.retimers.retimer_libraries import get_ruckig
 from scene_graph_ros.trajectories.smooth_pieces import smooth_pieces
 from scene_graph_ros.trajectories.time_optimal import straight_segments

@@ -13,14 +13,14 @@ from scipy.interpolate import CubicSpline
 from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.trajectories.corners import CornerPath
-from scene_graph_ros.trajectories.errors import TrajectoryError
+from scene_graph_ros.trajectories.errors import RetimingError, TrajectoryError
 from scene_graph_ros.trajectories.motion_limits import MotionLimits
 from scene_graph_ros.trajectories.motion_of_speeds import motion_of_speeds
 from scene_graph_ros.trajectories.path_parameterized_trajectory import (
     PathParameterizedTrajectory,
 )
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
-from scene_graph_ros.trajectories.retimer import as_grid_points, Retimer, RetimingError
+from scene_graph_ros.trajectories.retimer import as_grid_points, Retimer
 from scene_graph_ros.trajectories.retimers.retimer_libraries import get_toppra
 from scene_graph_ros.trajectories.smooth_pieces import smooth_pieces
 

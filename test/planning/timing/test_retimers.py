@@ -105,7 +105,8 @@ def test_toppra_takes_as_long_as_ours(shelf):
         time_path(checker, path, soft, retimer=retimer).duration
         for retimer in ("time_optimal", "toppra")
     )
-    assert theirs == pytest.approx(ours, rel=0.01)
+    # Theirs is the mean over a rise time.
+    assert 0.98 * ours <= theirs <= 1.1 * ours
 
 
 @pytest.mark.parametrize("retimer", RETIMERS)

@@ -1,0 +1,121 @@
+"""A path whose corners are rounded as far as that is proven free."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.planning.edges.edge_stretches import FREE
+from scene_graph_ros.planning.parallel.stoppable import Stops
+from scene_graph_ros.planning.timing.timing_problem import TimingProblem
+from scene_graph_ros.trajectories.corners import CornerPath
+from scene_graph_ros.trajectories.even_waypoints import even_points
+from scene_graph_ros.trajectories.motion_ends import AT_REST, MotionEnds, moving_end
+from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
+from scene_graph_ros.trajectories.waypoints import rounding_of, telling_points
+
+__all__ = ["RoundedPath"]
+
+_KEPT = 20.0
+"""Times the checker's tolerance, what is left beside a rounded corner: what runs through points is
+not quite on it."""
+
+_SMALLEST = 1.0 / 64.0
+"""Of the largest: corners that would have to be rounded less are stopped at."""
+
+_LEFT_OUT, _ROUNDED = 0.1, 0.85
+"""Shares of a deviation: of points that are left out, and of rounded corners. The rest of it is for
+what runs through points, which is not quite on the curve."""
+
+
+class RoundedPath:
+    """The path of a problem without points that are only rounding, and how far it is rounded."""
+
+    def __init__(self, problem: TimingProblem, *, leaves_out: bool = True) -> None:
+        self._problem = problem
+        q, units = problem.path[:, problem.rows], problem.limits.velocities
+        through = problem.through
+        if leaves_out and len(q) > 2:
+            tolerance, left = rounding_of(q, units), None
+            if problem.deviation is not None:
+                left = _LEFT_OUT * problem.deviation
+                tolerance = np.minimum(tolerance, left)
+            kept = telling_points(q, tolerance, through)
+            q, through = even_points(q[kept], units, through[kept], left)
+        self._corners = CornerPath(q, units, through=through)
+        self._ends = AT_REST
+        if len(self._corners.points) > 1:
+            self._lead(q, through)
+        deviation = problem.deviation
+        self._largest = self._corners.largest_sizes(
+            None if deviation is None else _ROUNDED * deviation
+        )
+        self._sizes = self._largest.copy()
+        if problem.retimer.stops_at_corners:
+            self._sizes[:] = 0.0
+        self._curve = problem.retimer.curve(self._corners.points, units)
+
+    def _lead(self, q: NDArray[np.float64], through: NDArray[np.bool_]) -> None:
+        """Have it begin and end as the problem's motion does."""
+        start, end, units = self._problem.start, self._problem.end, self._corners.units
+        if start.is_rest and end.is_rest:
+            return
+        edges = self._corners.directions
+        first, start_speeds = moving_end(start, edges[0], units, 1.0)
+        last, end_speeds = moving_end(end, edges[-1], units, -1.0)
+        self._ends = MotionEnds(start_speeds, end_speeds, (start, end))
+        self._corners = CornerPath(q, units, through=through, start=first, end=last)
+
+    @property
+    def points(self) -> NDArray[np.float64]:
+        """Its points ``(m, k)``."""
+        return self._corners.points
+
+    @property
+    def num_points(self) -> int:
+        """How many there are."""
+        return len(self._corners.points)
+
+    def prove_sizes(self, stops: Stops) -> None:
+        """Round each corner as far as that is proven free, by halves."""
+        if self._curve is not None:
+            return
+        tolerance = _KEPT * self._problem.checker.tolerance
+        untried = self._sizes.max(axis=1) > 0.0
+        while untried.any() and stops.looking[0] == 0:
+            curves, owners = self._corners.rounded_corners(self._sizes)
+            tried = untried[owners]
+            proofs = self._problem.prove(curves[tried], tolerance, stops.looking)
+            untried[:] = False
+            untried[owners[tried][proofs.statuses != FREE]] = True
+            self._halve(untried)
+            untried &= self._sizes.max(axis=1) > 0.0
+        self._sizes[untried] = 0.0
+
+    def _halve(self, chosen: NDArray[np.bool_]) -> None:
+        """Round some corners half as far, or not at all."""
+        self._sizes[chosen] *= 0.5
+        self._sizes[self._sizes < _SMALLEST * self._largest] = 0.0
+
+    def curve(self) -> tuple[PiecewisePolynomial, MotionEnds]:
+        """Return the curve as it is rounded now, and how its motion begins and ends."""
+        if self._curve is not None:
+            return self._curve, self._ends
+        problem = self._problem
+        own = not problem.retimer.stops_at_corners
+        is_smooth = own and problem.limits.jerks is not None
+        return self._corners.rounded(self._sizes, is_smooth=is_smooth), self._ends
+
+    def shrink(self, places: NDArray[np.float64]) -> bool:
+        """Round the corners next to some places on the curve less; tell whether there was one."""
+        if self._curve is not None or not self._sizes.any():
+            return False
+        chosen = np.zeros(len(self._sizes), dtype=np.bool_)
+        for s in places:
+            chosen[self._corners.corner_at(self._sizes, float(s))] = True
+        self._halve(chosen)
+        return True
+
+    def passed(self) -> NDArray[np.float64]:
+        """Return ``(c,)`` how far each corner is rounded; none along a retimer's own curve."""
+        return np.empty(0) if self._curve is not None else self._sizes.max(axis=1, initial=0.0)

@@ -1,0 +1,43 @@
+"""Values of piecewise polynomials and of three derivatives at once, compiled."""
+
+import numpy as np
+
+from scene_graph_ros.geometry.compiled.kernel import kernel
+
+__all__ = ["write_derivatives"]
+
+
+@kernel
+def write_derivatives(breaks, control, s, out):
+    """Write values and three derivatives ``(4, m, n)`` at places ``(m,)``, which need not grow.
+
+    ``control`` ``(p, d, n)`` are control points of degree 3 or above. At a break it is the next
+    segment's value. De Casteljau's points of each level are differences of the level above (Farin,
+    *Curves and Surfaces for CAGD*, 2002, section 5.3).
+    """
+    count, d, n = control.shape
+    degree = d - 1
+    work = np.empty((d, n))
+    for i in range(len(s)):
+        k = min(max(np.searchsorted(breaks, s[i], side="right") - 1, 0), count - 1)
+        width = breaks[k + 1] - breaks[k]
+        x = min(max((s[i] - breaks[k]) / width, 0.0), 1.0)
+        y = 1.0 - x
+        for row in range(d):
+            for j in range(n):
+                work[row, j] = control[k, row, j]
+        for level in range(degree - 3):
+            for row in range(degree - level):
+                for j in range(n):
+                    work[row, j] = y * work[row, j] + x * work[row + 1, j]
+        one = degree / width
+        two = one * (degree - 1) / width
+        three = two * (degree - 2) / width
+        for j in range(n):
+            a, b, c, e = work[0, j], work[1, j], work[2, j], work[3, j]
+            out[3, i, j] = three * ((e - c) - 2.0 * (c - b) + (b - a))
+            a, b, c = y * a + x * b, y * b + x * c, y * c + x * e
+            out[2, i, j] = two * ((c - b) - (b - a))
+            a, b = y * a + x * b, y * b + x * c
+            out[1, i, j] = one * (b - a)
+            out[0, i, j] = y * a + x * b

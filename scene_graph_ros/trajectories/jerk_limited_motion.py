@@ -1,0 +1,215 @@
+"""The fastest motion along a path under limits of velocity, acceleration and jerk.
+
+A path q(s) is followed as q(s(u(t))). First u is the time of a guess, in which speed changes
+slowly; `fastest_rates` finds how fast u may pass. Then u is the time of that motion, and once more.
+What is bounded is not q, but the quintics through its values at nodes evenly apart in u: these are
+what is run, and where q bends too suddenly for a limit of jerk, they bend less.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.trajectories.derivatives_of import derivatives_of
+from scene_graph_ros.trajectories.guessed_motion import guessed_motion, PathStates
+from scene_graph_ros.trajectories.jerk_limited_kernels import fastest_rates, Rows
+from scene_graph_ros.trajectories.motion_limits import MotionLimits
+from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
+from scene_graph_ros.trajectories.quintic_nodes import (
+    jerk_excess,
+    MIDDLES,
+    NODES_LEFT,
+    NODES_RIGHT,
+)
+from scene_graph_ros.trajectories.sampling import SHORTEST
+from scene_graph_ros.trajectories.straight_motion import straight_states
+
+__all__ = ["fastest_states"]
+
+Array = NDArray[np.float64]
+
+_ROUNDS = 2
+"""How often u becomes the time of the motion that was found."""
+
+_TIGHTENINGS = 2
+"""How often limits of jerk are tightened where the quintics exceed them."""
+
+_SLOWER = 1.004
+"""Slowing all of a motion by less costs less than looking for another one."""
+
+_FIRST, _ROUGH, _LAST = 1.0, 1e-2, 2e-3
+"""Weights of the barrier: the first, and the last ones of earlier rounds and of the last."""
+
+_AGAIN = 0.05
+"""The first weight where a motion is known that is nearly the best."""
+
+_MOST = 1e30
+"""Squares of larger rates may be infinite."""
+
+_GAUSS = (
+    (0.06943184420297371, 0.17392742256872693),
+    (0.33000947820757187, 0.32607257743127307),
+    (0.6699905217924281, 0.32607257743127307),
+    (0.9305681557970263, 0.17392742256872693),
+)
+"""Places and weights that integrate up to degree 7 exactly (Gauss and Legendre)."""
+
+
+class _Ends(NamedTuple):
+    """Which ends of a motion have rates that must not change."""
+
+    moves: tuple[bool, bool]
+    """Whether it has a speed there."""
+    is_pinned: tuple[bool, bool]
+    """Whether it has a speed or an acceleration there."""
+
+
+def fastest_states(
+    path: PiecewisePolynomial,
+    limits: MotionLimits,
+    start: tuple[float, float] = (0.0, 0.0),
+    end: tuple[float, float] = (0.0, 0.0),
+) -> tuple[PathStates, float]:
+    """Return states of the fastest motion along a smooth path, and its factor.
+
+    ``start`` and ``end`` are ds/dt and its derivative there. The factor is by how much the motion
+    is too fast between two states, at least 1. Limits must have jerks.
+    """
+    if not (any(start) or any(end)):
+        straight = straight_states(path, limits, SHORTEST)
+        if straight is not None:
+            return straight, 1.0
+    states = guessed_motion(path, limits, start, end)
+    ends = _Ends((start[0] > 0.0, end[0] > 0.0), (any(start), any(end)))
+    for turn in range(_ROUNDS):
+        weight = _LAST if turn == _ROUNDS - 1 else _ROUGH
+        if turn:
+            states = states.evened()
+        nodes = _Nodes(path, states, limits, ends)
+        nodes.find(_FIRST if turn == 0 else 2.0 * _AGAIN, weight)
+        states = nodes.states()
+    for _ in range(_TIGHTENINGS):
+        if nodes.factor() <= _SLOWER or not nodes.tighten():
+            break
+        states = nodes.states()
+    return states, nodes.factor()
+
+
+class _Nodes:
+    """Nodes evenly apart in u, a rate at each, and what bounds it."""
+
+    def __init__(
+        self, path: PiecewisePolynomial, states: PathStates, limits: MotionLimits, ends: _Ends
+    ) -> None:
+        self.s, self.limits, self.ends = states.s, limits, ends
+        self.step = float(states.times[-1]) / (len(states.s) - 1)
+        # By u, which is 1 from node to node.
+        self.speed, self.bend = self.step * states.speed, self.step**2 * states.acceleration
+        self.values, first, second, _ = derivatives_of(path, states.s)
+        speed, bend = self.speed[:, np.newaxis], self.bend[:, np.newaxis]
+        self.first, self.second = first * speed, second * speed**2 + first * bend
+        self.rows = self._rows()
+        self.rates = np.ones(len(states.s) + 2)
+        self.excess = np.ones(len(states.s) - 1)
+
+    def _rows(self) -> Rows:
+        v, a, jerk = self.limits.velocities, self.limits.accelerations, self.limits.jerks
+        assert jerk is not None
+        v, a, jerk = v * self.step, a * self.step**2, jerk * self.step**3
+        shape = (2 * len(self.s) - 1, len(v))
+        p1, p2, p3 = np.empty(shape), np.empty(shape), np.empty(shape)
+        data = np.stack(
+            [
+                np.diff(self.values, axis=0),
+                self.first[:-1],
+                self.first[1:],
+                self.second[:-1],
+                self.second[1:],
+            ]
+        )
+        p1[::2], p2[::2] = self.first, self.second
+        p1[1::2], p2[1::2], p3[1::2] = np.tensordot(MIDDLES, data, 1)
+        left, right = np.tensordot(NODES_RIGHT, data, 1), np.tensordot(NODES_LEFT, data, 1)
+        p3[0], p3[-1] = left[0], right[-1]
+        p3[2:-1:2] = 0.5 * (left[1:] + right[:-1])
+        with np.errstate(divide="ignore", over="ignore"):
+            caps = np.minimum((v / np.abs(p1)).min(axis=1) ** 2, _MOST)
+        made = (0.5 * p1 / a, p2 / a, 0.5 * p1 / jerk, 1.5 * p2 / jerk, p3 / jerk)
+        return Rows(caps, *(np.ascontiguousarray(each.T) for each in made))
+
+    def find(self, first: float, last: float) -> None:
+        """Find rates."""
+        # At rest s grows as the cube of time, and the rate is even.
+        slopes = np.array([True, True])
+        for end in range(2):
+            if self.ends.is_pinned[end] and not self.ends.moves[end]:
+                slopes[end] = False
+        self.too_fast = fastest_rates(
+            self.rows, self.rates, np.array(self.ends.is_pinned), slopes, first, last
+        )
+        self.jerks = self._excess_of_jerk()
+
+    def tighten(self) -> bool:
+        """Find rates with less jerk where the quintics have too much; tell whether that helped."""
+        before = self.factor(), self.rates.copy(), self.excess, self.jerks
+        self.excess = self.excess * np.maximum(self.jerks, 1.0)
+        at_points = np.ones(2 * len(self.s) - 1)
+        at_points[1::2] = self.excess
+        at_points[0:-1:2] = self.excess
+        at_points[2::2] = np.maximum(at_points[2::2], self.excess)
+        rows, j2, j1, j0 = self.rows, *self.rows[3:]
+        self.rows = rows._replace(j2=j2 * at_points, j1=j1 * at_points, j0=j0 * at_points)
+        self.find(_AGAIN, _LAST)
+        self.rows = rows
+        if self.factor() * self.duration() < before[0] * self._duration_of(before[1]):
+            return True
+        _, self.rates, self.excess, self.jerks = before
+        return False
+
+    def _at_nodes(self) -> tuple[Array, Array]:
+        """Return the squared rates and their derivatives by u at the nodes."""
+        c = self.rates
+        return (c[:-2] + 4.0 * c[1:-1] + c[2:]) / 6.0, 0.5 * (c[2:] - c[:-2])
+
+    def times(self) -> Array:
+        """Return when it is at the nodes."""
+        return np.concatenate([[0.0], self.step * _seconds(self.rates).cumsum()])
+
+    def duration(self) -> float:
+        """Return how long it takes, s."""
+        return self._duration_of(self.rates)
+
+    def _duration_of(self, rates: Array) -> float:
+        return self.step * float(_seconds(rates).sum())
+
+    def states(self) -> PathStates:
+        """Return the motion's states at the nodes."""
+        b, slope = self._at_nodes()
+        speed = self.speed * np.sqrt(b) / self.step
+        acceleration = (0.5 * self.speed * slope + self.bend * b) / self.step**2
+        return PathStates(self.times(), self.s, speed, acceleration)
+
+    def _excess_of_jerk(self) -> Array:
+        """Return the largest jerk on each quintic between two nodes, in units of its limit."""
+        b, slope = (each[:, np.newaxis] for each in self._at_nodes())
+        rates = self.first * np.sqrt(b) / self.step
+        accelerations = (0.5 * self.first * slope + self.second * b) / self.step**2
+        return jerk_excess(self.times(), self.values, rates, accelerations, self.limits.jerks)
+
+    def factor(self) -> float:
+        """Return by how much it is too fast, at least 1."""
+        return max(float(self.jerks.max()) ** (1.0 / 3.0), self.too_fast, 1.0)
+
+
+def _seconds(c: Array) -> Array:
+    """Return how long it takes from node to node: the integral of 1 / sqrt(b) by u."""
+    total = np.zeros(len(c) - 3)
+    for x, weight in _GAUSS:
+        y = 1.0 - x
+        b = y**3 * c[:-3] + (3.0 * x**3 - 6.0 * x**2 + 4.0) * c[1:-2]
+        b += (3.0 * y**3 - 6.0 * y**2 + 4.0) * c[2:-1] + x**3 * c[3:]
+        total += weight / np.sqrt(b / 6.0)
+    return total
