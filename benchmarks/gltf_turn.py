@@ -33,6 +33,10 @@ __all__ = ["main"]
 _SIZE = (1200, 500)
 _CROP = slice(340, 860)
 """Pixels of a row around the page's middle, beside its panel, which is 300 wide."""
+_FAINT = 30
+"""Of three colours together: less is background."""
+_MARGIN = 30
+"""Pixels around the letter."""
 _ELEVATION, _AZIMUTH = 25.8, -51.6
 """Degrees: from where a page looks at first."""
 _SCENE = """
@@ -82,7 +86,12 @@ def _seen(tab: Any) -> NDArray[np.uint8]:
     tab.wait_for("document.body.dataset.items === '1'")
     tab.value("new Promise((done) => setTimeout(done, 500))")
     picture: NDArray[np.uint8] = tab.picture()[:, _CROP, :3]
-    return picture
+    is_seen = np.abs(picture.astype(int) - picture[0, 0]).sum(axis=2) > _FAINT
+    rows, columns = np.flatnonzero(is_seen.any(axis=1)), np.flatnonzero(is_seen.any(axis=0))
+    return picture[
+        max(0, rows[0] - _MARGIN) : rows[-1] + _MARGIN,
+        max(0, columns[0] - _MARGIN) : columns[-1] + _MARGIN,
+    ]
 
 
 def _marker(recording: Path) -> NDArray[np.float64]:
