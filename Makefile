@@ -164,6 +164,7 @@ bench: all-kernels peers  ## compare speed with the peers
 
 accuracy: all-kernels peers  ## compare accuracy with the peers: tables and plots
 	$(RUN) -m benchmarks.accuracy
+	$(RUN) -m benchmarks.mesh_repairs
 	$(RUN) -m benchmarks.surfaces
 	$(RUN) -m benchmarks.emptiness
 	$(RUN) -m benchmarks.sets_errors

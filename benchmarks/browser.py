@@ -27,7 +27,7 @@ from benchmarks.messages.scene import scene_text
 sys.path.insert(0, str(ROOT / "test" / "support"))
 from chromium import find_chromium, REMEDY, Tab  # type: ignore[import-not-found]
 
-__all__ = ["Delays", "main", "measure"]
+__all__ = ["Delays", "free_port", "main", "measure", "open_page"]
 
 _SETTLE = 2.0
 """Seconds of poses before those that count."""
@@ -67,7 +67,7 @@ class Delays(NamedTuple):
 def measure(bodies: int, rate: float, seconds: float, *, draws: bool = True) -> Delays:
     """Send poses of ``bodies`` at ``rate`` Hz, and return how late one page had them."""
     with isolated() as isolation:
-        port = _free_port()
+        port = free_port()
         node = isolation.start_node(
             scene_text(bodies), browser=True, browser_port=port, browser_rate=2.0 * rate
         )
@@ -77,7 +77,7 @@ def measure(bodies: int, rate: float, seconds: float, *, draws: bool = True) -> 
             tab._ask(
                 "Page.addScriptToEvaluateOnNewDocument", source=_HOOK if draws else _BLIND + _HOOK
             )
-            _open(tab, port, isolation)
+            open_page(tab, port, isolation)
             tab.wait_for(f"document.body?.dataset.items === '{bodies}'")
             sender.begin(rate, _SETTLE)
             sender.end()
@@ -96,7 +96,8 @@ def measure(bodies: int, rate: float, seconds: float, *, draws: bool = True) -> 
         return Delays(bodies, sent, rows[:, 1:] - rows[:, :1], used)
 
 
-def _open(tab: Any, port: int, isolation: Any) -> None:
+def open_page(tab: Any, port: int, isolation: Any) -> None:
+    """Open a node's page in a tab when the node serves it."""
     end = time.monotonic() + 120.0
     while True:
         isolation.check()
@@ -109,7 +110,8 @@ def _open(tab: Any, port: int, isolation: Any) -> None:
     tab.open(f"http://127.0.0.1:{port}/")
 
 
-def _free_port() -> int:
+def free_port() -> int:
+    """Return a port that nobody uses now."""
     with socket.create_server(("127.0.0.1", 0)) as found:
         return int(found.getsockname()[1])
 

@@ -4,7 +4,7 @@
 
 The section is through the triangle that is deepest inside of the solid. Without a file it is the
 torso of TIAGo in example-robot-data, which has a triangle farther inside than
-other robots' meshes.
+other meshes of robots that were tried.
 """
 
 from __future__ import annotations

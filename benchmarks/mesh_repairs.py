@@ -1,0 +1,219 @@
+"""What repairing and uniting a mesh costs in time, and how exact its distances then are.
+
+    python -m benchmarks.mesh_repairs [--quick] [--out docs]
+
+Meshes of boxes, whose distances are known, of some hundred triangles and more, with faults of each
+kind. Writes a table into meshes.md, and mesh_repairs.png. Times are the processor's, the least of
+two; nothing is read that was kept of an earlier run.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+import os
+from pathlib import Path
+import sys
+import tempfile
+import time
+from typing import Any, NamedTuple
+
+from matplotlib.figure import Figure
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.machine import machine
+from scene_graph_ros.geometry import Mesh
+from scene_graph_ros.geometry.meshes.surfaces import build_surface
+from scene_graph_ros.geometry.query.point.batch import distance_points
+from scene_graph_ros.geometry.tables.shape_table import build_shape_table
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "test" / "support"))
+from boxes_in_one_mesh import Boxes  # type: ignore[import-not-found]
+
+__all__ = ["KINDS", "Row", "main", "measure"]
+
+_DOCS = Path(__file__).parents[1] / "docs"
+_START, _END = "<!-- measured: repairs -->", "<!-- end -->"
+_SIZES = (500, 5_000, 30_000)
+_POINTS = 2000
+_ROUNDS = 2
+
+FloatArray = NDArray[np.float64]
+Faulty = tuple[FloatArray, NDArray[np.int64]]
+
+
+class Row(NamedTuple):
+    """What was measured of one mesh."""
+
+    kind: str
+    triangles: int
+    reading: float
+    """Seconds from arrays to a surface with its tree."""
+    error: float
+    """The largest error of a distance, relative to the size."""
+    query: float
+    """Seconds of a point's distance."""
+
+
+def _grid(case: Any, cells: int) -> Faulty:
+    """Return the triangles of boxes with each side cut into cells x cells squares."""
+    points, faces, start = [], [], 0
+    steps = np.linspace(0.0, 1.0, cells + 1)
+    u, v = (a.ravel() for a in np.meshgrid(steps, steps, indexing="ij"))
+    i, j = (a.ravel() for a in np.meshgrid(range(cells), range(cells), indexing="ij"))
+    corner = i * (cells + 1) + j
+    quads = np.stack([corner, corner + cells + 1, corner + cells + 2, corner + 1], axis=1)
+    flat = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    for number, (lower, upper) in enumerate(case.boxes):
+        for axis in range(3):
+            for side in (0, 1):
+                unit = np.zeros((len(u), 3))
+                unit[:, axis], unit[:, (axis + 1) % 3], unit[:, (axis + 2) % 3] = side, u, v
+                points.append(lower + unit * (upper - lower))
+                is_turned = (side == 0) != (number in case.hollow)
+                faces.append((flat[:, ::-1] if is_turned else flat) + start)
+                start += len(u)
+    return case.placed(np.vstack(points)), np.vstack(faces)
+
+
+def _as_it_is(rng: Any, mesh: Faulty) -> Faulty:
+    return mesh
+
+
+def _shuffled(rng: Any, mesh: Faulty) -> Faulty:
+    vertices, faces = mesh
+    turned = rng.random(len(faces)) < 0.5
+    return vertices, np.where(turned[:, None], faces[:, ::-1], faces)
+
+
+def _with_seams(rng: Any, mesh: Faulty) -> Faulty:
+    """Give each triangle vertices of its own, off by rounding to 32 bits."""
+    corners = mesh[0][mesh[1]].reshape(-1, 3)
+    noise = 1.0 + rng.uniform(-6e-8, 6e-8, corners.shape)
+    return corners * noise, np.arange(len(corners)).reshape(-1, 3)
+
+
+def _doubled(rng: Any, mesh: Faulty) -> Faulty:
+    vertices, faces = mesh
+    again = faces[rng.integers(len(faces), size=1 + len(faces) // 100)]
+    return vertices, np.concatenate([again[:, ::-1], faces])
+
+
+def _with_t_vertices(rng: Any, mesh: Faulty) -> Faulty:
+    """Cut one in a hundred triangles at the middle of a side, and not its neighbour."""
+    vertices, faces = mesh
+    chosen = rng.permutation(len(faces))[: 1 + len(faces) // 100]
+    a, b, c = faces[chosen].T
+    new = len(vertices) + np.arange(len(chosen))
+    points = 0.5 * (vertices[a] + vertices[b])
+    halves = [np.stack([a, new, c], axis=1), np.stack([new, b, c], axis=1)]
+    rest = np.delete(faces, chosen, axis=0)
+    return np.concatenate([vertices, points]), np.concatenate([rest, *halves])
+
+
+_TURN = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
+_ONE = [((0, 0, 0), (1, 0.7, 0.6))]
+_ROW = [((0.8 * k, 0.03 * k, 0.02 * k), (0.8 * k + 1, 1 + 0.03 * k, 1)) for k in range(20)]
+_SHELLS = [((k, k, k), (10 - k, 10 - k, 10 - k)) for k in (0, 1, 2, 3)]
+
+KINDS: dict[str, tuple[Any, Callable[[Any, Faulty], Faulty]]] = {
+    "one closed part, as it is": (Boxes(*_ONE, R=_TURN), _as_it_is),
+    "half of the triangles turned": (Boxes(*_ONE, R=_TURN), _shuffled),
+    "doubled triangles, 1 %": (Boxes(*_ONE, R=_TURN), _doubled),
+    "T vertices, 1 %": (Boxes(*_ONE, R=_TURN), _with_t_vertices),
+    "seams of 32 bits": (Boxes(*_ONE, R=_TURN), _with_seams),
+    "2 parts that overlap": (Boxes(*_ROW[:2], R=_TURN), _as_it_is),
+    "20 parts that overlap": (Boxes(*_ROW, R=_TURN), _as_it_is),
+    "4 shells, two hollow": (Boxes(*_SHELLS, hollow=[1, 3], R=_TURN), _as_it_is),
+}
+"""Boxes, and what is done to their triangles."""
+
+
+def measure(kind: str, triangles: int) -> Row:
+    """Measure a mesh of a kind, of about as many triangles."""
+    case, spoil = KINDS[kind]
+    cells = max(1, round((triangles / (12 * len(case.boxes))) ** 0.5))
+    vertices, faces = spoil(np.random.default_rng(1), _grid(case, cells))
+    seconds = []
+    for turn in range(_ROUNDS):
+        with tempfile.TemporaryDirectory() as empty:
+            os.environ["SCENE_GRAPH_ROS_MESH_CACHE"] = empty
+            start = time.process_time()
+            build_surface(vertices, np.roll(faces, turn, axis=0), name=kind)
+            seconds.append(time.process_time() - start)
+    rng, (lower, upper) = np.random.default_rng(2), case.reach
+    points = rng.uniform(lower - 0.1, upper + 0.1, (_POINTS, 3))
+    table = build_shape_table([Mesh(vertices=vertices, faces=faces)], [True])
+    ask = [np.eye(4)[None].copy(), case.placed(points), np.inf]
+    distance_points(table, *ask)
+    start = time.process_time()
+    found = distance_points(table, *ask)[2]
+    query = (time.process_time() - start) / _POINTS
+    size = float(np.ptp(vertices, axis=0).max())
+    error = float(np.abs(found - case.distances(points)).max()) / size
+    return Row(kind, len(faces), min(seconds), error, query)
+
+
+def table_of(rows: list[Row]) -> list[str]:
+    """Return the lines of a table, times relative to the mesh of one part as it is."""
+    lines = [
+        "| mesh | triangles | reading (ms) | of one part's | error / size | a point (µs) |",
+        "| --- | ---: | ---: | ---: | ---: | ---: |",
+    ]
+    plain = {r.triangles // 500: r.reading for r in rows if r.kind == next(iter(KINDS))}
+    for row in rows:
+        nearest = min(plain, key=lambda k, row=row: abs(k - row.triangles // 500))
+        lines.append(
+            f"| {row.kind} | {row.triangles} | {1e3 * row.reading:.3g} |"
+            f" {row.reading / plain[nearest]:.2g} | {row.error:.0e} | {1e6 * row.query:.2g} |"
+        )
+    return lines
+
+
+def draw(rows: list[Row], picture: Path) -> None:
+    """Plot errors against times, a line for each kind of mesh."""
+    figure = Figure(figsize=(9.0, 4.8), layout="constrained")
+    axes = figure.subplots()
+    for kind in KINDS:
+        own = [row for row in rows if row.kind == kind]
+        style = {"marker": "o", "markersize": 5, "linewidth": 1.0}
+        axes.plot(
+            [1e3 * r.reading for r in own], [max(r.error, 1e-17) for r in own], label=kind, **style
+        )
+    axes.set(xscale="log", yscale="log", xlabel="reading (ms), by size", ylabel="error / size")
+    axes.axhline(1e-12, color="black", linewidth=0.8, linestyle=":")
+    axes.text(axes.get_xlim()[0], 1.2e-12, " promised", va="bottom", fontsize=8)
+    axes.set_title("largest error of a distance against the time of reading")
+    axes.grid(visible=True, alpha=0.3)
+    figure.legend(loc="outside right upper", fontsize=8)
+    figure.savefig(picture, dpi=100)
+
+
+def main() -> None:
+    """Measure all kinds and write them down."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.mesh_repairs", description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="small meshes; print only")
+    parser.add_argument("--out", type=Path, default=_DOCS)
+    options = parser.parse_args()
+    load = os.getloadavg()[0]
+    sizes = _SIZES[:1] if options.quick else _SIZES
+    rows = []
+    for kind in KINDS:
+        for size in sizes:
+            rows.append(measure(kind, size))
+            print(f"{rows[-1].kind}, {rows[-1].triangles}: {rows[-1].reading:.3g} s", flush=True)
+    lines = table_of(rows)
+    print("\n".join(["", *lines]))
+    if options.quick:
+        return
+    draw(rows, options.out / "mesh_repairs.png")
+    page = options.out / "meshes.md"
+    before, _, rest = page.read_text().partition(_START)
+    after = rest.partition(_END)[2]
+    told = "\n".join(["", "", machine(load).strip(), "", *lines, "", ""])
+    page.write_text(before + _START + told + _END + after)
+
+
+if __name__ == "__main__":
+    main()
