@@ -42,7 +42,11 @@ def half_space() -> Shape:
 
 
 def mesh(resource: str, scale: float = 1.0) -> Shape:
-    """Return the surface in a mesh file, by a path or ``package://`` as the node sees it."""
+    """Return the surface in a mesh file, by a path or ``package://`` as the node sees it.
+
+    It lies below a package, the folder of the scene that the node starts with, or one that the
+    node's parameter ``resource_folders`` names.
+    """
     return Shape(kind=Shape.MESH, resource=resource, scale=[float(scale)] * 3)
 
 

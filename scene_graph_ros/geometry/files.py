@@ -50,17 +50,15 @@ _MANIFESTS = ("package.xml", "model.config")
 
 @dataclass(frozen=True)
 class Reach:
-    """Which texts somebody may name, and how much of a text messages may repeat.
+    """Which files somebody may name, and how much of a text messages may repeat.
 
     A user's own call may name any file. A request comes from the network: it names files with the
-    endings that such texts have, below some folders, and messages repeat no line of a file that is
-    none of its kind.
+    endings that such files have, below some folders, and messages repeat no line of a file that is
+    none of its kind. Nor do they tell whether there is a file elsewhere.
     """
 
     folders: tuple[Path, ...] | None = None
     """None: wherever the process may read."""
-    holds_meshes: bool = False
-    """Whether meshes and pictures, too, have to lie below the folders."""
 
     @property
     def is_anywhere(self) -> bool:
@@ -75,11 +73,11 @@ class Reach:
         """
         if self.folders is None:
             return path
-        plain = Path(os.path.normpath(path.absolute()))
+        plain = _plain(path)
         if endings and plain.suffix.lower() not in endings:
             message = f"a request may name files that end with {' or '.join(endings)} here"
             raise PermissionError(errno.EACCES, message, str(path))
-        if not any(plain.is_relative_to(folder) for folder in self._spellings()):
+        if not self.includes(plain):
             message = (
                 "lies in none of the folders whose files a request may name; the node's parameter"
                 " resource_folders names more"
@@ -87,10 +85,20 @@ class Reach:
             raise PermissionError(errno.EACCES, message, str(path))
         return plain
 
+    def includes(self, path: Path) -> bool:
+        """Tell whether a path, of a file or a folder, may be looked at."""
+        if self.folders is None:
+            return True
+        return any(_plain(path).is_relative_to(folder) for folder in self._spellings())
+
     def _spellings(self) -> set[Path]:
         """Return the folders as they are given and with links followed."""
-        given = [Path(os.path.normpath(folder.absolute())) for folder in self.folders or ()]
+        given = [_plain(folder) for folder in self.folders or ()]
         return {*given, *(Path(os.path.realpath(folder)) for folder in given)}
+
+
+def _plain(path: Path) -> Path:
+    return Path(os.path.normpath(path.absolute()))
 
 
 def package_folder(path: PathLike) -> Path:

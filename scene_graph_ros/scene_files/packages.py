@@ -98,15 +98,21 @@ class Packages:
             if folder is not None:
                 return folder
         # A copy without its manifest, as wheels have them.
-        parents = () if near is None else near.resolve().parents
-        for above in parents:
+        for above in self._above(near):
             if above.name == name:
                 return above
-        for above in parents[:_NEXT]:
-            if name not in (".", "..") and _is(stat.S_ISDIR, above / name):
-                return above / name
+        for above in () if near is None else near.resolve().parents[:_NEXT]:
+            beside = above / name
+            is_near = name not in (".", "..") and self.reach.includes(beside)
+            if is_near and _is(stat.S_ISDIR, beside):
+                return beside
         places = ", ".join(searched) or "nowhere (AMENT_PREFIX_PATH is not set)"
         raise UnknownPackageError(f"package {name!r} not found; searched {places}")
+
+    def _above(self, near: Path | None) -> list[Path]:
+        """Return the folders above a file that may be looked at."""
+        parents = () if near is None else near.resolve().parents
+        return [folder for folder in parents if self.reach.includes(folder)]
 
     def _candidates(self, name: str, near: Path | None) -> Iterator[tuple[str, Path | None]]:
         for entry in self.package_dirs:
@@ -116,7 +122,7 @@ class Packages:
         for folder in _environment_paths("ROS_PACKAGE_PATH"):
             yield f"ROS_PACKAGE_PATH entry {folder}", _package_in(folder, name)
         if near is not None:
-            for folder in near.resolve().parents:
+            for folder in self._above(near):
                 yield f"folders above {near.name}", folder if _is_package(folder, name) else None
         for prefix in _python_prefixes():
             yield f"Python prefix {prefix}", _package_in_prefix(prefix, name)
@@ -199,17 +205,14 @@ def resolve_resource(
     """Return the existing file that ``resource`` means.
 
     ``resource`` is ``package://<package>/<path>``, ``file:///<path>``, an absolute path or one
-    relative to the folder of ``base``, the file that contains it, or to the working folder. With
-    ``endings`` it is a text, which has to be within the reach of ``packages``.
+    relative to the folder of ``base``, the file that contains it, or to the working folder. It has
+    to be within the reach of ``packages``; with ``endings`` it is a text.
     Raises SceneFileError with the resource and the path tried.
     """
     packages = packages or Packages()
     path = _path_of(resource, base, packages)
-    if "%" in resource and not _is(bool, path):
-        path = Path(urllib.parse.unquote(str(path)))
     try:
-        if endings or packages.reach.holds_meshes:
-            path = packages.reach.checked(path, endings)
+        path = _spelled(path, "%" in resource, packages.reach, endings)
         find_file(path)
     except OSError as error:
         missing = isinstance(error, (FileNotFoundError, NotADirectoryError))
@@ -222,6 +225,23 @@ def resolve_resource(
             " 'git lfs pull' where it was cloned"
         )
     return path
+
+
+def _spelled(path: Path, is_quoted: bool, reach: Reach, endings: tuple[str, ...]) -> Path:
+    """Return the path, or what it is without percent signs: the one that may be named and exists.
+
+    Of a path that may not be named it is not looked at whether it exists. Raises OSError.
+    """
+    spellings = [path, Path(urllib.parse.unquote(str(path)))] if is_quoted else [path]
+    allowed, refusals = [], []
+    for each in spellings:
+        try:
+            allowed.append(reach.checked(each, endings))
+        except OSError as refusal:
+            refusals.append(refusal)
+    if not allowed:
+        raise refusals[0]
+    return next((each for each in allowed if _is(bool, each)), allowed[-1])
 
 
 _POINTER = b"version https://git-lfs.github.com/spec/"

@@ -15,6 +15,7 @@ from scene_graph_msgs.msg import (
     Status,
 )
 from scene_graph_msgs.srv import AssignRole
+from scene_graph_ros.client import shapes
 
 
 @pytest.fixture(scope="module")
@@ -54,6 +55,22 @@ def test_a_source_comes_back_with_its_own_token_only(client, node):
     )
     assert client.call("RegisterSource", name="phoenix").status.code == Status.NAME_CONFLICT
     client.call("RemoveSource", source=first.source)
+
+
+def test_a_mesh_of_elsewhere_is_refused_whether_there_is_one_or_not(client, node, tmp_path):
+    """Without a scene requests name files below packages; others are not looked at."""
+    (tmp_path / "secret.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    source = client.call("RegisterSource", name="curious").source
+    said = set()
+    for name in ("secret.obj", "nothing.obj"):
+        body = sphere("body")
+        body.shape = shapes.mesh(str(tmp_path / name))
+        answer = client.call("RegisterAnchoredGeometry", source=source, geometries=[body])
+        assert answer.status.code == Status.INVALID_ARGUMENT
+        said.add(answer.status.message.replace(name, "it"))
+    assert len(said) == 1
+    assert "resource_folders" in said.pop()
+    client.call("RemoveSource", source=source)
 
 
 def test_unknown_pose_type_is_refused(client, node):

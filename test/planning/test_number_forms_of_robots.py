@@ -1,24 +1,17 @@
 """Robots, planning and trajectories take arrays in every form, or refuse them in our words."""
 
-import contextlib
-import dataclasses
+from functools import partial
 
 from array_arguments import array_arguments
 from array_calls import CALLS, Rails
-from number_forms import equal_forms, no_numbers
-import numpy as np
+from form_checks import check_forms
 import pytest
-
-from scene_graph_ros.convex.errors import ConvexSetError
-from scene_graph_ros.geometry.errors import SceneGraphError
-from scene_graph_ros.planning import RobotClearance
 
 MODULES = (
     "scene_graph_ros.planning",
     "scene_graph_ros.trajectories",
     "scene_graph_ros.robots",
 )
-REFUSALS = SceneGraphError, ConvexSetError
 FEW = ("C", "Fortran", "negative strides", "read-only", "unaligned", ">f4", "i8", "list")
 """Forms that are tried of what takes long."""
 SLOW = {"plan_path", "time_path", "visibility_graph", "ZmpPlanner.plan"}
@@ -30,42 +23,13 @@ def _rails(tmp_path_factory):
     return Rails(tmp_path_factory.mktemp("rails"))
 
 
-def plain(result):
-    """Return a result as something that is equal where all of its numbers are."""
-    if isinstance(result, np.ndarray):
-        return result.tolist()
-    if isinstance(result, list | tuple):
-        return [plain(each) for each in result]
-    if dataclasses.is_dataclass(result):
-        return [plain(getattr(result, each.name)) for each in dataclasses.fields(result)]
-    if isinstance(result, RobotClearance):
-        return [plain(result.distances), plain(result.jacobians)]
-    return repr(result)
-
-
 @pytest.mark.parametrize(("name", "argument"), CASES)
 @pytest.mark.filterwarnings("ignore:the matrix subclass")
 @pytest.mark.filterwarnings("error::numpy.exceptions.ComplexWarning")
 def test_every_form_of_an_array_is_the_same_or_refused(rails, name, argument):
     """The result is that of the plain array; what is no real number raises an error of ours."""
     call, arrays = CALLS[name]
-    expected = plain(call(rails, **{k: np.array(v) for k, v in arrays.items()}))
-    for form, value in equal_forms(arrays[argument]).items():
-        if (name in SLOW and form not in FEW) or (form[0] == "u" and np.min(arrays[argument]) < 0):
-            continue
-        try:
-            found = plain(call(rails, **(arrays | {argument: value})))
-        except REFUSALS:
-            assert form == "matrix", form
-        else:
-            assert found == expected, form
-    for form, value in no_numbers(arrays[argument]).items():
-        if form in ("zero size", "nothing"):
-            with contextlib.suppress(*REFUSALS):
-                call(rails, **(arrays | {argument: value}))
-        else:
-            with pytest.raises(REFUSALS, match=r"."):
-                call(rails, **(arrays | {argument: value}))
+    check_forms(partial(call, rails), arrays, argument, FEW if name in SLOW else None)
 
 
 UNTRIED = {

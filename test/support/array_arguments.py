@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 import importlib
 import inspect
+import re
 from typing import Any
 
-__all__ = ["array_arguments"]
+__all__ = ["ARRAYS_OR_ANYTHING", "array_arguments"]
 
 
 def _functions(value: Any, name: str) -> Iterator[tuple[str, Callable[..., Any]]]:
@@ -27,13 +28,21 @@ def _functions(value: Any, name: str) -> Iterator[tuple[str, Callable[..., Any]]
             yield f"{owner.__name__}.{key}", function
 
 
-def array_arguments(*modules: str) -> set[tuple[str, str]]:
-    """Return functions of what modules make public, with the names of arguments for arrays."""
+ARRAYS = ("ArrayLike",)
+ARRAYS_OR_ANYTHING = (*ARRAYS, "Any", "ndarray", "NDArray")
+
+
+def array_arguments(*modules: str, words: tuple[str, ...] = ARRAYS) -> set[tuple[str, str]]:
+    """Return functions of what modules make public, with the names of arguments for arrays.
+
+    They are those whose annotation has one of the words.
+    """
     found = set()
     for module in map(importlib.import_module, modules):
         for public in module.__all__:
             for name, function in _functions(getattr(module, public), public):
                 for each in inspect.signature(function).parameters.values():
-                    if "ArrayLike" in str(each.annotation):
+                    parts = re.split(r"\W+", str(each.annotation))
+                    if not set(words).isdisjoint(parts):
                         found.add((name, each.name))
     return found

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 import copy
+import dataclasses
 import itertools
 from typing import Any
 
@@ -180,10 +181,21 @@ def _ids_by_pair(table: Any, names: dict[int, str], fields: tuple[str, ...]) -> 
 def _values(properties: Any) -> list[tuple[str, str, str]]:
     """Return all of a role's properties; what they show themselves as is cut."""
     return [
-        (group, name, repr(value))
+        (group, name, _words(value))
         for group in sorted(properties.get_group_names())
         for name, value in sorted(properties.get_properties_in_group(group).items())
     ]
+
+
+def _words(value: Any) -> str:
+    """Return what a value is shown as, without the standard library's repr of a dataclass.
+
+    That is "..." for good, for the object and thread, where it was interrupted.
+    """
+    if not dataclasses.is_dataclass(value):
+        return repr(value)
+    fields = [repr(getattr(value, field.name)) for field in dataclasses.fields(value)]
+    return f"{type(value).__name__}{fields}"
 
 
 def _model(inspector: Any, names: dict[int, str]) -> dict[str, Any]:
@@ -221,7 +233,7 @@ def _model(inspector: Any, names: dict[int, str]) -> dict[str, Any]:
         found[f"geometry {name}"] = (
             names[int(frame)],
             None if parent is None else names[int(parent)],
-            repr(inspector.get_shape(g)),
+            _words(inspector.get_shape(g)),
             [(role, _values(inspector.get_properties(g, role))) for role in roles],
             inspector.get_pose_in_frame(g).tolist(),
             inspector.get_pose_in_parent(g).tolist(),

@@ -81,11 +81,10 @@ class GraphOfConvexSets:
 
     def add_vertex(self, set: ConvexSet, name: str = "") -> Vertex:  # noqa: A002  the spec's name
         """Add a set. Raises ConvexSetError unless it has a point; it may be unbounded."""
-        if not isinstance(set, ConvexSet) or set.is_empty():
-            label = "GraphOfConvexSets.add_vertex: set" + (f" of {name!r}" if name else "")
-            if not isinstance(set, ConvexSet):
-                raise ConvexSetError(f"{label} must be a ConvexSet, not {quoted(set)}")
-            raise ConvexSetError(f"{label}, {quoted(set)}, is empty; leave the vertex out")
+        if not isinstance(set, ConvexSet):
+            raise ConvexSetError(f"{_set_of(name)} must be a ConvexSet, not {quoted(set)}")
+        if set.is_empty():
+            raise ConvexSetError(f"{_set_of(name)}, {quoted(set)}, is empty; leave the vertex out")
         number = next(self._numbers)
         vertex = Vertex(number, set, name or f"v{number}", self._edges)
         self._ends = None
@@ -365,6 +364,10 @@ class GraphOfConvexSets:
             raise ConvexSetError(
                 f"GraphOfConvexSets.{label} must be edges of this graph, not {quoted(edge)}"
             )
+
+
+def _set_of(name: str) -> str:
+    return "GraphOfConvexSets.add_vertex: set" + (f" of {name!r}" if name else "")
 
 
 def _added(table: dict[int, Part], last: int) -> list[Part]:

@@ -31,6 +31,7 @@ from scene_graph_ros.convex.solve.cones.equilibration import equilibrated, widen
 from scene_graph_ros.convex.solve.cones.solver_choice import as_choice, SolverChoice
 from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.real_arrays import real_array
 
 __all__ = ["Cone", "ConicConstraint", "ConicProgram", "ConicSolution", "rows_of_program"]
 
@@ -371,10 +372,7 @@ def matrix_of(rows: np.ndarray) -> np.ndarray:
 
 def as_symmetric(value: Any, label: str, count: int | None = None) -> np.ndarray:
     """Return symmetric matrices ``(count, N, N)`` of finite numbers. Raises ConvexSetError."""
-    try:
-        array = np.asarray(value)
-    except ValueError:
-        array = np.zeros(0)
+    array = real_array(value, f"{label} must be matrices of numbers", ConvexSetError)
     shape = array.shape
     if array.ndim != 3 or shape[1] != shape[2] or (count is not None and len(array) != count):
         wanted = f"({'k' if count is None else count}, N, N)"

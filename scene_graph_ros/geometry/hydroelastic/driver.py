@@ -7,7 +7,7 @@ world, divides them into triangles if asked to, and integrates pressure.
 
 from __future__ import annotations
 
-import threading
+from collections import deque
 from typing import Any
 
 import numpy as np
@@ -162,9 +162,9 @@ def _twice(old: NDArray[Any], kept: int) -> NDArray[Any]:
     return new
 
 
-_kept = _Scratch()
+_free = deque([_Scratch()], maxlen=1)
+"""Taken by who computes: others, and who comes after an interrupt, make their own."""
 _answers = new_surface_memory()
-_lock = threading.Lock()
 
 
 def solve_surfaces(
@@ -182,13 +182,13 @@ def solve_surfaces(
         the surfaces that are not empty, in the order of the pairs.
 
     """
-    own = _lock.acquire(blocking=False)
     try:
-        scratch = _kept if own else _Scratch()
-        return _solve(table, X_WG, pairs, triangles, scratch)
-    finally:
-        if own:
-            _lock.release()
+        scratch = _free.pop()
+    except IndexError:
+        scratch = _Scratch()
+    patches = _solve(table, X_WG, pairs, triangles, scratch)
+    _free.append(scratch)
+    return patches
 
 
 def _solve(

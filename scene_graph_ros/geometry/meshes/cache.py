@@ -18,7 +18,7 @@ class BuildCache(Generic[Value]):
     def __init__(self, capacity: int) -> None:
         """Keep at most ``capacity`` entries."""
         self._capacity = capacity
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()  # A thread that is interrupted may come once more.
         self._entries: OrderedDict[Hashable, Value] = OrderedDict()
 
     def get(self, key: Hashable, build: Callable[[], Value]) -> Value:
@@ -30,6 +30,6 @@ class BuildCache(Generic[Value]):
         value = build()  # not under the lock: a large mesh must not hold up the others
         with self._lock:
             value = self._entries.setdefault(key, value)
-            if len(self._entries) > self._capacity:
+            while len(self._entries) > self._capacity:
                 self._entries.popitem(last=False)
         return value

@@ -40,6 +40,7 @@ from scene_graph_ros.geometry.meshes.scene_colors import scene_colors, scene_pic
 from scene_graph_ros.geometry.meshes.solids.mesh_report import Repair
 from scene_graph_ros.geometry.meshes.stl_file import parse_stl
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.real_arrays import real_array, whole_array
 from scene_graph_ros.geometry.spatial.sums import determinant, moved
 
 __all__ = [
@@ -198,13 +199,11 @@ def checked_mesh(vertices: Any, triangles: Any, name: str) -> Triangulation:
 
 def _copied(array: Any, dtype: Any, label: str) -> np.ndarray:
     """Return a C-contiguous ``(n, 3)`` copy; an empty array may have any shape."""
-    try:
-        given = np.asarray(array)
-        if not given.size:
-            return np.zeros((0, 3), dtype=dtype)
-        result: np.ndarray = np.array(given.astype(dtype, casting="same_kind"), order="C")
-    except (TypeError, ValueError) as error:
-        raise MeshError(f"{label} must be (n, 3) {np.dtype(dtype).name}: {error}") from error
+    is_whole = np.dtype(dtype).kind == "i"
+    rule = f"{label} must be (n, 3) {'whole numbers' if is_whole else 'numbers'}"
+    result = (whole_array if is_whole else real_array)(array, rule, MeshError)
+    if not result.size:
+        return np.zeros((0, 3), dtype=dtype)
     if result.ndim != 2 or result.shape[1] != 3:
         raise MeshError(f"{label} must be (n, 3), not {result.shape}")
     return result

@@ -13,6 +13,7 @@ from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.io import checked_mesh, read_mesh
 from scene_graph_ros.geometry.meshes.surfaces import is_closed_surface
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.geometry.spatial.sums import product
 
@@ -118,10 +119,16 @@ class SurfaceMesh:
         return self._vertices.min(axis=0), self._vertices.max(axis=0)
 
     def cartesian_from_barycentric(self, triangle: int, weights: ArrayLike) -> FloatArray:
-        """Return ``(3,)``, the point of a triangle with barycentric ``weights`` (3,)."""
-        return product(
-            np.asarray(weights, dtype=np.float64), self._vertices[self._triangles[triangle]]
-        )
+        """Return ``(3,)``, the point of a triangle with barycentric ``weights`` (3,).
+
+        Raises MeshError for weights that are not three numbers.
+        """
+        rule = "cartesian_from_barycentric: weights must be finite numbers (3,)"
+        three = real_array(weights, rule, MeshError)
+        if three.shape != (3,) or not np.isfinite(three).all():
+            raise MeshError(f"{rule}, not {quoted(weights)}")
+        point: FloatArray = product(three, self._vertices[self._triangles[triangle]])
+        return point
 
     def __repr__(self) -> str:
         return f"SurfaceMesh(vertices=<{self.num_vertices}>, triangles=<{self.num_triangles}>)"

@@ -69,7 +69,7 @@ class Texture(NamedTuple):
     """Which file it was read from; None for a part of a mesh's."""
 
 
-_lock = threading.Lock()
+_lock = threading.RLock()  # A thread that is interrupted may come once more.
 _known: dict[str, Texture] = {}
 
 

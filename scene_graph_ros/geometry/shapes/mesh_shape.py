@@ -20,7 +20,7 @@ from scene_graph_ros.geometry.errors import InvalidShapeError
 from scene_graph_ros.geometry.files import find_file
 from scene_graph_ros.geometry.one_line import cut
 from scene_graph_ros.geometry.quoting import quoted
-from scene_graph_ros.geometry.real_arrays import real_array
+from scene_graph_ros.geometry.real_arrays import real_array, whole_array
 from scene_graph_ros.geometry.shapes.mesh_pieces import MeshPieces
 from scene_graph_ros.geometry.shapes.shape import Shape
 from scene_graph_ros.geometry.tolerances import MAX_SHAPE_SIZE, MIN_SCALE
@@ -271,13 +271,11 @@ def _checked_vertices(name: str, vertices: Any) -> NDArray[np.float64]:
 
 
 def _checked_faces(name: str, faces: Any, vertex_count: int) -> NDArray[np.int64]:
-    try:
-        raw = np.asarray(faces)
-    except ValueError as error:
-        raise InvalidShapeError(f"{name}: faces must be (m, 3) integers: {error}") from error
-    if raw.ndim != 2 or raw.shape[1] != 3 or len(raw) == 0 or raw.dtype.kind not in "iu":
+    raw = whole_array(faces, f"{name}: faces must be (m, 3) integers", InvalidShapeError)
+    kind = np.asarray(faces).dtype
+    if raw.ndim != 2 or raw.shape[1] != 3 or len(raw) == 0 or kind.kind not in "iu":
         raise InvalidShapeError(
-            f"{name}: faces must be (m, 3) integers with m > 0, not {raw.shape} {raw.dtype}"
+            f"{name}: faces must be (m, 3) integers with m > 0, not {raw.shape} {kind}"
         )
     bad = ((raw < 0) | (raw >= vertex_count)).any(axis=1)
     if bad.any():
@@ -285,6 +283,5 @@ def _checked_faces(name: str, faces: Any, vertex_count: int) -> NDArray[np.int64
         raise InvalidShapeError(
             f"{name}: faces[{row}] must index the {vertex_count} vertices, not {raw[row].tolist()}"
         )
-    array = np.array(raw, dtype=np.int64, order="C")
-    array.setflags(write=False)
-    return array
+    raw.setflags(write=False)
+    return raw

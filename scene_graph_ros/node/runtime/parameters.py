@@ -28,9 +28,9 @@ PARAMETERS: tuple[Parameter, ...] = (
     Parameter(
         "resource_folders",
         "",
-        "Folders, separated by colons, below which requests may name YAML, URDF and SRDF files,"
-        " beside packages' share folders, the start scene's package or folder, and"
-        " regions_folder. Where it is set, meshes and pictures of requests lie there, too.",
+        "Folders, separated by colons, below which requests may name scenes, regions, robots,"
+        " meshes and pictures, beside packages' share folders, the start scene's package or"
+        " folder, and regions_folder.",
         read_only=True,
     ),
     Parameter(

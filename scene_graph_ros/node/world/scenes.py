@@ -25,7 +25,7 @@ __all__ = ["SceneLoader", "folders_of", "loader_of"]
 
 
 def folders_of(named: str, scene: Path | None, regions: str) -> tuple[Path, ...]:
-    """Return the folders below which requests may name texts, beside those of packages.
+    """Return the folders below which requests may name files, beside those of packages.
 
     ``named`` are some, separated by colons; with them come the package or the folder of the
     ``scene`` that the node starts with, and the folder for ``regions``.
@@ -67,15 +67,12 @@ class SceneLoader:
         effect_names: Collection[str],
         texts: Mapping[Path, str] | None = None,
         folders: tuple[Path, ...] | None = None,
-        *,
-        holds_meshes: bool = False,
     ) -> None:
         """``package_paths`` are folders separated by colons.
 
         ``effect_names`` are the effects that a scene may switch off; ``texts`` has the texts of
         files that are not to be read, by path: then no file with a token is read or made either.
-        Requests name texts below ``folders``, and those that packages share; None: anywhere.
-        ``holds_meshes`` is whether meshes and pictures of requests have to lie there, too.
+        Requests name files below ``folders``, and those that packages share; None: anywhere.
         """
         self._texts = {} if texts is None else texts
         self._reads_tokens = texts is None
@@ -84,7 +81,7 @@ class SceneLoader:
         if folders is None:
             self._reach = Reach()
         else:
-            self._reach = Reach((*self._packages.folders(), *folders), holds_meshes)
+            self._reach = Reach((*self._packages.folders(), *folders))
         self._check_pose_type = check_pose_type
         self._effect_names = effect_names
 
@@ -251,14 +248,11 @@ def loader_of(
     check_pose_type: Callable[[str], Any],
     effect_names: Collection[str],
 ) -> SceneLoader:
-    """Return a node's loader, with the folders below which requests may name texts.
+    """Return a node's loader, with the folders below which requests may name files.
 
     Raises SceneFileError where there is no such scene as the node starts with.
     """
     paths, scene = parameter("package_paths"), parameter("scene")
     path = SceneLoader(paths, check_pose_type, effect_names).resolve(scene) if scene else None
-    named = parameter("resource_folders")
-    folders = folders_of(named, path, parameter("regions_folder"))
-    return SceneLoader(
-        paths, check_pose_type, effect_names, folders=folders, holds_meshes=bool(named)
-    )
+    folders = folders_of(parameter("resource_folders"), path, parameter("regions_folder"))
+    return SceneLoader(paths, check_pose_type, effect_names, folders=folders)

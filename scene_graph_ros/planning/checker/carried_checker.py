@@ -51,7 +51,7 @@ class PackedChecker:
 
 
 _UNPACKED: OrderedDict[str, Any] = OrderedDict()
-_LOCK = threading.Lock()
+_LOCK = threading.RLock()  # A thread that is interrupted may come once more.
 
 
 class CarriedChecker:

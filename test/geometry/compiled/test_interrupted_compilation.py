@@ -4,7 +4,6 @@ from pathlib import Path
 import subprocess
 import sys
 
-from interrupting import SAMPLE
 import pytest
 from searching import times
 
@@ -77,7 +76,7 @@ sys.exit(bool(wrong))
 @pytest.mark.parametrize("asked", ["kernel", "query"])
 def test_an_interrupt_in_what_is_asked_first_leaves_what_the_next_needs(asked):
     """By instructions all through the first call of a kernel or a query, and by a real signal."""
-    tries = 3 if times(1) == 1 else times(SAMPLE)
+    tries = 3 if times(1) == 1 else times(6)
     support = str(Path(sys.modules["searching"].__file__).parent)
     command = [sys.executable, "-c", PROGRAM, support, str(tries), str(times(3)), asked]
     done = subprocess.run(command, capture_output=True, text=True, check=False)

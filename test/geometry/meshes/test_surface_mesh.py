@@ -54,7 +54,7 @@ def test_arrays_cannot_be_written():
         ([], _FACES, "no vertices"),
         (_TETRAHEDRON, [[0, 1, 4]], r"triangle 0 refers to vertices \[0, 1, 4\]"),
         ([[0, 0, np.inf]], [[0, 0, 0]], "vertex 0 is not finite"),
-        (_TETRAHEDRON, [[0, 1, 1.5]], "triangles must be .* int64"),
+        (_TETRAHEDRON, [[0, 1, 1.5]], "triangles must be .* whole numbers"),
         (_TETRAHEDRON, [[0, 1, 2, 3], [3, 2, 1, 0], [0, 2, 3, 1]], r"not \(3, 4\)"),
         (_TETRAHEDRON, [[0, 1, 2], [0, 1]], "triangles must be"),
         ([[0, 0], [1, 0], [0, 1]], [[0, 1, 2]], r"vertices must be \(n, 3\), not \(3, 2\)"),

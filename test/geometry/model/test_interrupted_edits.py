@@ -26,6 +26,9 @@ KINDS = {
     "own": {"own": True},
     "of the graph": {"own": True, "of_graph": True},
 }
+HOW_MANY = {"own": (SAMPLE, SAMPLE), "shared": (SAMPLE, 8), "of the graph": (5, 4)}
+"""Instructions that are tried in each run of the tests, and fiftieths of those of a search."""
+
 CASES = [
     (name, kind) for name in CHANGES for kind in KINDS if name in EDITS or kind != "of the graph"
 ]
@@ -77,7 +80,7 @@ def test_an_interrupted_edit_is_done_or_not(name, kind):
     count = instruction_count(lambda: edit(world))
     after = answers_of(world)
     wrong = []
-    for at in places(count, f"{name} {kind}", 5 if kind == "of the graph" else SAMPLE):
+    for at in places(count, f"{name} {kind}", *HOW_MANY[kind]):
         world = made(name, kind)
         if not interrupted_at(lambda world=world: edit(world), at):
             continue
@@ -101,7 +104,7 @@ def test_a_signal_leaves_one_of_the_two_worlds(name):
     )
     count = instruction_count(lambda: edit(world))
     after = answers_of(world)
-    for at in places(count, f"signal {name}", 2):
+    for at in places(count, f"signal {name}", 2, 4):
         world = made(name)
         signalled_at(lambda world=world: edit(world), at)
         found = answers_of(world)

@@ -1,5 +1,6 @@
 """Which files a request may name, and how much of them an answer repeats."""
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -11,6 +12,7 @@ from scene_graph_ros.geometry.files import package_folder, Reach
 from scene_graph_ros.located import SceneFileError
 from scene_graph_ros.node.world.scenes import folders_of, SceneLoader
 from scene_graph_ros.scene_files import load_scene
+from scene_graph_ros.scene_files.packages import resolve_resource
 
 _SHADOW = "root:$y$hunter2:19000:0:99999:7:::\nsecret:!:19000::::::\n"
 _CREDENTIALS = "hunter2: {user: secret}\npassword: hunter2\n"
@@ -151,29 +153,45 @@ MESH = """<robot name="r"><link name="base"><collision><geometry><mesh filename=
 </collision></link></robot>"""
 
 
-@pytest.fixture(name="held")
-def _held(cell):
-    """Return what loads for a node whose parameter resource_folders is set."""
-    return SceneLoader("", lambda name: None, (), folders=(cell,), holds_meshes=True)
-
-
-def test_meshes_lie_anywhere_unless_folders_are_named(loader, held, cell, tmp_path):
-    """Then below these alone, and whether there is another one is not told."""
-    outside, inside = tmp_path / "outside.obj", cell / "inside.obj"
-    for file in (outside, inside):
+def test_meshes_lie_below_the_folders(loader, cell, tmp_path):
+    """Whether there is another one is not told, however it is spelled."""
+    outside, inside = tmp_path / "outside.obj", cell / "in side.obj"
+    for file in (outside, inside, tmp_path / "out%20.obj"):
         file.write_text(TRIANGLE)
-    assert loader.resolve(str(outside)) == outside
-    assert held.resolve(str(inside)) == inside
+    assert loader.resolve(str(inside)) == inside
+    assert loader.resolve(inside.as_uri()) == inside  # with %20
+    others = ("nothing.obj", "out%20.obj", "out%21.obj", "cell/../outside.obj")
     said = set()
-    for name in (outside, tmp_path / "nothing.obj", f"file://{outside}", cell / "../outside.obj"):
-        with pytest.raises(SceneFileError, match="lies in none of the folders") as caught:
-            held.resolve(str(name))
-        said.add(str(caught.value).partition(": ")[2])
+    for name in (outside, *(tmp_path / other for other in others), outside.as_uri()):
+        with pytest.raises(SceneFileError) as caught:
+            loader.resolve(str(name))
+        said.add(str(caught.value).rpartition(": ")[2])
     assert len(said) == 1
+    assert "resource_folders" in said.pop()
+
+
+def test_packages_of_requests_lie_below_the_folders(loader, cell, tmp_path):
+    """A scene names packages beside it: whether a folder elsewhere exists is not told."""
+    (tmp_path / "private").mkdir()
+    (tmp_path / "private" / "x.obj").write_text(TRIANGLE)
+    (cell / "parts").mkdir()
+    (cell / "parts" / "x.obj").write_text(TRIANGLE)
+    packages = replace(loader._packages, reach=loader._reach)
+    base = cell / "scene.yaml"
+    found = resolve_resource("package://parts/x.obj", base=base, packages=packages)
+    assert found == cell / "parts" / "x.obj"
+    said = set()
+    for name in ("private", "nothing"):
+        with pytest.raises(SceneFileError, match="not found") as caught:
+            resolve_resource(f"package://{name}/x.obj", base=base, packages=packages)
+        said.add(str(caught.value).replace(name, "it"))
+    assert len(said) == 1
+    # The user's own scene finds it.
+    assert resolve_resource("package://private/x.obj", base=base).is_file()
 
 
 @pytest.mark.parametrize("kind", ["shape", "picture", "urdf"])
-def test_what_a_scene_of_a_request_names_is_held_to_the_folders(held, cell, tmp_path, kind):
+def test_what_a_scene_of_a_request_names_is_held_to_the_folders(loader, cell, tmp_path, kind):
     """Meshes and pictures of its geometries, and those of its robots."""
     from scene_graph_ros.geometry import SceneGraph
     from scene_graph_ros.scene_files import load_scene_text
@@ -190,6 +208,6 @@ def test_what_a_scene_of_a_request_names_is_held_to_the_folders(held, cell, tmp_
         if kind == "urdf"
         else f"geometries: [{{name: g, source: s, shape: {shape}, roles: {roles}}}]\n"
     )
-    scene = load_scene_text(text, base=cell / "s.yaml", reach=held._reach)
+    scene = load_scene_text(text, base=cell / "s.yaml", reach=loader._reach)
     with pytest.raises(SceneFileError, match="lies in none of the folders"):
         scene.apply(SceneGraph())

@@ -68,7 +68,7 @@ class _Bodies:
         self._fcl: Any = importlib.import_module("fcl")
         self._table = table
         self._objects: dict[int, Any] = {}
-        self.lock = threading.Lock()
+        self.lock = threading.RLock()  # A thread that is interrupted may come once more.
 
     def place(self, row: int, X: Vector) -> None:
         """Move a geometry to the pose X (4, 4). Raises _NoAnswer if FCL does not take it."""
