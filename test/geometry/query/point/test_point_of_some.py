@@ -59,7 +59,7 @@ def test_geometries_that_have_no_distance_are_named(world):
     """Those without the role, ids of nothing, and points that are none."""
     query, _, balls, box = world
     ask = query.compute_signed_distance_geometry_to_point
-    with pytest.raises(RoleError, match="geometry 'box' .* has no proximity role"):
+    with pytest.raises(RoleError, match=r"geometry 'box' .* has no proximity role"):
         ask([0.0, 0.0, 0.0], GeometrySet(box))
     with pytest.raises(UnknownIdError):
         ask([0.0, 0.0, 0.0], GeometrySet(GeometryId.get_new_id()))
