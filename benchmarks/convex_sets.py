@@ -23,6 +23,7 @@ import numpy as np  # noqa: E402
 
 from benchmarks.machine import machine  # noqa: E402
 from benchmarks.mazes import doors_of, drakes_graph, our_graph  # noqa: E402
+from benchmarks.random_polytopes import half_redundant, polytope  # noqa: E402
 from scene_graph_ros.geometry.optimization import (  # noqa: E402
     compute_pairwise_intersections,
     GraphOfConvexSetsOptions,
@@ -95,13 +96,6 @@ def _drake() -> Any:
     return drake
 
 
-def _polytope(rng: np.random.Generator, n: int, m: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return a box and random planes about it, some redundant."""
-    A = np.concatenate([np.eye(n), -np.eye(n), rng.normal(size=(m - 2 * n, n))])
-    A /= np.linalg.norm(A, axis=1)[:, None]
-    return A, np.concatenate([np.ones(2 * n), 0.5 + 0.7 * rng.random(m - 2 * n)])
-
-
 def _log_volume(ellipsoid: Any) -> float:
     A = ellipsoid.A if isinstance(ellipsoid, Hyperellipsoid) else ellipsoid.A()
     return -float(np.linalg.slogdet(A)[1])
@@ -111,8 +105,9 @@ def _questions(
     rng: np.random.Generator, n: int, m: int, drake: Any
 ) -> Iterator[tuple[str, Callable[[], Any], Callable[[], Any]]]:
     """Name each question, with how we and Drake are asked; both return comparable numbers."""
-    A, b = _polytope(rng, n, m)
-    C, d = _polytope(rng, n, m)
+    A, b = polytope(rng, n, m)
+    C, d = polytope(rng, n, m)
+    R, r = half_redundant(np.random.default_rng(n), n, m)
     d = d + C @ np.full(n, 0.9)
     away, apart = b + A @ np.full(n, 10.0), d + C @ np.full(n, 4.0)
     points = 2.0 * rng.normal(size=(_POINTS, n))
@@ -169,6 +164,11 @@ def _questions(
         lambda: len(theirs().ReduceInequalities().b()),
     )
     yield (
+        "reduce_inequalities, half redundant, rows",
+        lambda: len(HPolyhedron(R, r).reduce_inequalities().b),
+        lambda: len(drake.HPolyhedron(R, r).ReduceInequalities().b()),
+    )
+    yield (
         f"projection of {_POINTS} points",
         distances,
         lambda: np.array(theirs().Projection(points.T)[0]),
@@ -199,12 +199,12 @@ def _many(
     sides = np.full(n, 8.0 if n == 2 else 1.5)
     asked = []
     for center in rng.uniform(-sides, sides, (count, n)):
-        A, b = _polytope(rng, n, m)
+        A, b = polytope(rng, n, m)
         asked.append((A, 0.5 * b + A @ center))
     points = rng.uniform(-1.5, 1.5, (_COVERED, n))
     about = [(A, b + A @ rng.uniform(-0.5, 0.5, n)) for A, b in
-             (_polytope(rng, n, m) for _ in range(_COVERING))]  # fmt: skip
-    A, b = _polytope(rng, n, m)
+             (polytope(rng, n, m) for _ in range(_COVERING))]  # fmt: skip
+    A, b = polytope(rng, n, m)
 
     def numbered(pairs: Any) -> np.ndarray:
         """Return how many pairs there are, and a sum that tells them apart."""

@@ -24,6 +24,11 @@ from scene_graph_ros.trajectories.bernstein import (
     multiplied,
 )
 from scene_graph_ros.trajectories.errors import TrajectoryError
+from scene_graph_ros.trajectories.interpolants import (
+    lagrange_points,
+    monotone_slopes,
+    smooth_slopes,
+)
 
 __all__ = ["PiecewisePolynomial"]
 
@@ -65,6 +70,15 @@ class PiecewisePolynomial:
     # Made of what is known of it.
 
     @classmethod
+    def zero_order_hold(cls, breaks: ArrayLike, samples: ArrayLike) -> PiecewisePolynomial:
+        """Return steps that keep each of ``samples`` ``(p + 1, n)`` until the next break.
+
+        The last sample is none of them, as nothing comes behind it.
+        """
+        t, q = _samples(breaks, samples=samples)
+        return cls(t, q[:-1, np.newaxis])
+
+    @classmethod
     def first_order_hold(cls, breaks: ArrayLike, samples: ArrayLike) -> PiecewisePolynomial:
         """Return straight lines through ``samples`` ``(p + 1, n)`` at the breaks."""
         t, q = _samples(breaks, samples=samples)
@@ -79,6 +93,63 @@ class PiecewisePolynomial:
         third = np.diff(t)[:, np.newaxis] / 3.0
         inner = q[:-1] + third * v[:-1], q[1:] - third * v[1:]
         return cls(t, np.stack([q[:-1], *inner, q[1:]], axis=1))
+
+    @classmethod
+    def cubic_shape_preserving(
+        cls,
+        breaks: ArrayLike,
+        samples: ArrayLike,
+        *,
+        zero_end_point_derivatives: bool = False,
+    ) -> PiecewisePolynomial:
+        """Return cubics that rise and fall between ``samples`` ``(p + 1, n)`` just as these do.
+
+        So each stays between its two samples (Fritsch and Butland, 1984). There must be three or
+        more.
+        """
+        t, q = _samples(breaks, samples=samples)
+        return cls.cubic_hermite(t, q, monotone_slopes(t, q, zero_end_point_derivatives))
+
+    @classmethod
+    def cubic_with_continuous_second_derivatives(
+        cls,
+        breaks: ArrayLike,
+        samples: ArrayLike,
+        sample_dot_at_start: ArrayLike | None = None,
+        sample_dot_at_end: ArrayLike | None = None,
+        *,
+        periodic_end: bool = False,
+    ) -> PiecewisePolynomial:
+        """Return cubics through ``samples`` ``(p + 1, n)`` with accelerations without jumps.
+
+        With the velocities ``(n,)`` at both ends, or repeating themselves with ``periodic_end``;
+        else the first two are one cubic, and the last two ("not a knot").
+        """
+        t, q = _samples(breaks, samples=samples)
+        given = sample_dot_at_start, sample_dot_at_end
+        if (given[0] is None) != (given[1] is None) or (given[0] is not None and periodic_end):
+            raise TrajectoryError(
+                "sample_dot_at_start and sample_dot_at_end come together, and not with"
+                " periodic_end"
+            )
+        ends = None
+        if given[0] is not None and given[1] is not None:
+            low = _as_row("sample_dot_at_start", given[0], q.shape[1])
+            ends = low, _as_row("sample_dot_at_end", given[1], q.shape[1])
+        return cls.cubic_hermite(t, q, smooth_slopes(t, q, ends, periodic_end))
+
+    @classmethod
+    def lagrange_interpolating_polynomial(
+        cls, times: ArrayLike, samples: ArrayLike
+    ) -> PiecewisePolynomial:
+        """Return the one polynomial through ``samples`` ``(p + 1, n)`` at times, 20 at most.
+
+        Between equal distances it swings far, the more the more samples there are.
+        """
+        t, q = _samples(times, samples=samples)
+        if len(t) < 2 or not (np.diff(t) > 0.0).all():
+            raise TrajectoryError(f"times must be two or more that grow, not {quoted(times)}")
+        return cls(t[[0, -1]], lagrange_points(t, q)[np.newaxis])
 
     @classmethod
     def quintic_hermite(
@@ -229,6 +300,13 @@ class PiecewisePolynomial:
         return PiecewisePolynomial(self.breaks, points)
 
     __rmul__ = __mul__
+
+
+def _as_row(name: str, values: ArrayLike, size: int) -> NDArray[np.float64]:
+    row = as_numbers(name, values)
+    if row.shape != (size,):
+        raise TrajectoryError(f"{name} must have shape ({size},), not {row.shape}")
+    return row
 
 
 def _samples(breaks: ArrayLike, **samples: ArrayLike) -> list[NDArray[np.float64]]:

@@ -85,6 +85,28 @@ class AffineBall(ConvexSet):
         return cls(np.eye(n), np.zeros(n))
 
     @classmethod
+    def make_affine_ball_from_line_segment(
+        cls, x_1: Any, x_2: Any, epsilon: float = 1e-3
+    ) -> AffineBall:
+        """Return the ellipsoid with the ends ``(n,)`` of a segment as tips, thin across it.
+
+        ``epsilon``, at least 0, is its radius across. Raises ConvexSetError for equal ends.
+        """
+        label = "AffineBall.make_affine_ball_from_line_segment"
+        first = as_vector(x_1, f"{label}: x_1")
+        second = as_vector(x_2, f"{label}: x_2", len(first))
+        across = as_nonnegative(epsilon, f"{label}: epsilon")
+        half = 0.5 * (second - first)
+        length = float(np.linalg.norm(half))
+        if length == 0.0:
+            raise ConvexSetError(f"{label}: x_1 and x_2 must differ, not {first.tolist()} both")
+        # The segment's direction comes first, and what completes it to a basis after it.
+        basis, _ = np.linalg.qr(np.column_stack([half, np.eye(len(first))]))
+        B = across * basis
+        B[:, 0] = half
+        return cls(B, first + half)
+
+    @classmethod
     def minimum_volume_circumscribed_ellipsoid(
         cls, points: Any, rank_tol: float = 1e-6
     ) -> AffineBall:

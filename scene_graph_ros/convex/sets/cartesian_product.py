@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+import math
 from typing import Any, Literal, overload
 
 import numpy as np
@@ -123,6 +124,16 @@ class CartesianProduct(ConvexSet):
         if self._A is not None or not found or len(parts) < len(found):
             return super().maybe_get_point()
         return np.concatenate(parts)
+
+    @property
+    def has_exact_volume(self) -> bool:
+        """Whether those of all factors are exact, and a map is square."""
+        is_square = self._A is None or self._A.shape[0] == self._A.shape[1]
+        return is_square and all(each.has_exact_volume for each in self._factors)
+
+    def _volume(self) -> float:
+        whole = math.prod(f.calc_volume() for f in self._factors if f.ambient_dimension)
+        return whole if self._A is None else whole / abs(float(np.linalg.det(self._A)))
 
     def _of_each(self, question: str) -> Iterator[bool]:
         """Return what each of the sets answers; sets that come several times are asked once."""

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.errors import QueryArgumentError
+from scene_graph_ros.geometry.hydroelastic.force_derivatives import force_derivatives
 from scene_graph_ros.geometry.hydroelastic.patches import Patches
 from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.query.representation import ContactRepresentation
@@ -168,21 +169,39 @@ class ContactSurface:
         negative, in a margin, it counts as zero. Raises QueryArgumentError if ``p_WP`` is not
         three finite numbers.
         """
-        try:
-            point = np.array(p_WP, dtype=np.float64)
-        except (TypeError, ValueError) as error:
-            raise QueryArgumentError(f"p_WP must be three numbers: {p_WP!r}") from error
-        if point.shape != (3,) or not np.isfinite(point).all():
-            raise QueryArgumentError(f"p_WP must be three finite numbers: {p_WP!r}")
+        point = _checked_point(p_WP)
         force = self._table.force_W[self._row].copy()
         moment = self._table.moment_W[self._row] + np.cross(self.centroid_W - point, force)
         return force, moment
+
+    def force_and_moment_derivatives(self, p_WP: ArrayLike) -> FloatArray:
+        """Return ``(6, 6)``: how [moment about P, Nm; force, N] on M change as M moves, in W.
+
+        By M's twist relative to N, [angular velocity; velocity of its point at P], rad/s and m/s,
+        with N and P at rest. Exact where the surface ends where there is no pressure, as between
+        convex bodies; moments and forces are those of `force_and_moment`. Raises as it.
+        """
+        vertices, pressure = self.vertices_W, self.pressure
+        polygons = ((vertices[face], pressure[face]) for face in self.faces)
+        gradients = self.grad_pressure_M_W, self.grad_pressure_N_W
+        return force_derivatives(polygons, self.face_normals_W, gradients, _checked_point(p_WP))
 
     def __repr__(self) -> str:
         return (
             f"<ContactSurface of {self.id_M!r} and {self.id_N!r}: {self.num_faces} faces,"
             f" {self.total_area:.6g} m^2>"
         )
+
+
+def _checked_point(p_WP: ArrayLike) -> FloatArray:
+    """Return a point ``(3,)``. Raises QueryArgumentError."""
+    try:
+        point = np.array(p_WP, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise QueryArgumentError(f"p_WP must be three numbers: {p_WP!r}") from error
+    if point.shape != (3,) or not np.isfinite(point).all():
+        raise QueryArgumentError(f"p_WP must be three finite numbers: {p_WP!r}")
+    return point
 
 
 class ContactSurfaces(ResultTable[ContactSurface]):

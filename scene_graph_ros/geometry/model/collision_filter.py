@@ -170,6 +170,13 @@ class CollisionFilterManager:
             return False
         return self._owner.change_filters(PairFilter.remove, filter_id)
 
+    def flatten(self) -> None:
+        """Make what all transient declarations say persistent; their ids are then none in force.
+
+        Pairs are filtered as before, and persistent declarations may be applied again.
+        """
+        self._owner.change_filters(PairFilter.flatten)
+
     def is_active(self, filter_id: FilterId) -> bool:
         """Tell whether a transient declaration is in force."""
         is_id = isinstance(filter_id, FilterId)

@@ -70,7 +70,17 @@ class PairFilter:
     def apply(self, writes: Writes, statements: Iterable[Statement]) -> None:
         """Change the persistent state. There must be no transient statements."""
         assert not self._transient
-        kept = tuple(statements)
+        self._apply(writes, tuple(statements))
+
+    def flatten(self, writes: Writes) -> None:
+        """Make all transient statements, the oldest first, persistent."""
+        ids = list(self._transient)
+        kept = tuple(s for statements in self._transient.values() for s in statements)
+        self._apply(writes, kept)
+        for filter_id in ids:
+            writes.drop(self._transient, filter_id)
+
+    def _apply(self, writes: Writes, kept: tuple[Statement, ...]) -> None:
         slots, bits = self._reserve(writes, kept)
         rows = sorted(slots.values())
         if rows:

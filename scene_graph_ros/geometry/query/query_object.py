@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.accuracy import Accuracy, Engine
+from scene_graph_ros.geometry.model.geometry_set import GeometrySet
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
 from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
 from scene_graph_ros.geometry.model.no_copies import NotCopied
@@ -303,6 +304,24 @@ class QueryObject(RenderQueries, NotCopied):
         """
         return point.compute_signed_distance_to_point(
             self._memo(), p_WQ, threshold, accuracy, engine
+        )
+
+    def compute_signed_distance_geometry_to_point(
+        self,
+        p_WQ: ArrayLike,
+        geometries: GeometrySet,
+        *,
+        accuracy: Accuracy | str | None = None,
+        engine: Engine | str | None = None,
+    ) -> PointDistances:
+        """Return the signed distance of point Q to the geometries of a set, at any distance.
+
+        Geometries of its frames count with the proximity role. Raises QueryArgumentError for a bad
+        point, UnknownIdError for ids that name nothing, and RoleError for a geometry of the set
+        that has no proximity role or is deformable.
+        """
+        return point.compute_signed_distance_geometry_to_point(
+            self._memo().snapshot, p_WQ, geometries, accuracy, engine
         )
 
     def compute_signed_distance_to_points(

@@ -7,7 +7,9 @@ import pytest
 
 from scene_graph_ros.convex.solve.nearest.nearest_by_ascent import nearest_by_ascent
 from scene_graph_ros.geometry.optimization import (
+    AffineBall,
     CartesianProduct,
+    ConvexHull,
     ConvexSetError,
     GraphOfConvexSets,
     GraphOfConvexSetsOptions,
@@ -117,3 +119,50 @@ def test_a_relaxation_without_paths_says_so():
     assert not found.is_success
     assert found.reason == "no path was drawn: the relaxation alone was solved"
     assert found.relaxation_cost == pytest.approx(3.0, abs=1e-6)
+
+
+def test_volumes_of_products_are_products_of_volumes():
+    """A disc of radius 2 and a rod of 3, turned and stretched by a map; a flat factor has none."""
+    disc = Hyperellipsoid.make_hypersphere(2.0, [0.0, 1.0])
+    rod = HPolyhedron.make_box([-1.0], [2.0])
+    whole = CartesianProduct([disc, rod])
+    assert whole.has_exact_volume
+    assert whole.calc_volume() == pytest.approx(12.0 * np.pi, rel=1e-12)
+    # y = A x + b: x has the volume of y by the determinant, -6.
+    A = np.array([[0.0, 2.0, 0.0], [1.0, 0.0, 5.0], [0.0, 0.0, 3.0]])
+    mapped = CartesianProduct([disc, rod], A, [1.0, 2.0, 3.0])
+    assert mapped.calc_volume() == pytest.approx(2.0 * np.pi, rel=1e-12)
+    assert CartesianProduct([disc, Point([1.0])]).calc_volume() == 0.0
+    for other in (
+        CartesianProduct([disc, ConvexHull([disc])]),
+        CartesianProduct([disc, rod], np.eye(3)[:, :2], np.zeros(3)),
+    ):
+        assert not other.has_exact_volume
+        with pytest.raises(ConvexSetError, match="use calc_volume_via_sampling"):
+            other.calc_volume()
+
+
+@pytest.mark.parametrize("n", [1, 2, 5])
+def test_a_ball_about_a_segment_has_its_ends_for_tips(n):
+    """And a radius of its own across; so its volume is that of these semi-axes."""
+    rng = np.random.default_rng(n)
+    first, second = rng.normal(size=(2, n))
+    ball = AffineBall.make_affine_ball_from_line_segment(first, second, 0.25)
+    half = 0.5 * (second - first)
+    length = np.linalg.norm(half)
+    np.testing.assert_allclose(ball.center, first + half)
+    unit = AffineBall.make_unit_ball(n)
+    assert ball.calc_volume() == pytest.approx(
+        unit.calc_volume() * length * 0.25 ** (n - 1), rel=1e-12
+    )
+    d = half / length
+    np.testing.assert_allclose(ball.support(d).point, second, atol=1e-12)
+    np.testing.assert_allclose(ball.support(-d).point, first, atol=1e-12)
+    across = np.linalg.svd(half[None])[2][1:]
+    for e in across:
+        reach = ball.support(e).value - float(e @ ball.center)
+        assert reach == pytest.approx(0.25, rel=1e-12)
+    with pytest.raises(ConvexSetError, match="x_1 and x_2 must differ"):
+        AffineBall.make_affine_ball_from_line_segment(first, first)
+    with pytest.raises(ConvexSetError, match="epsilon"):
+        AffineBall.make_affine_ball_from_line_segment(first, second, -1.0)

@@ -343,3 +343,28 @@ def test_bits_agree_with_the_inspector(count, world):
     unpacked = np.unpackbits(packed, axis=1, count=count, bitorder="little").astype(bool)
     off_diagonal = ~np.eye(count, dtype=bool)
     assert (unpacked == expected)[off_diagonal].all()
+
+
+def test_transient_declarations_become_persistent(row):
+    """Pairs stay as they are; ids are spent, and what is applied next lies on top."""
+    graph, _, _, balls = row
+    manager = graph.collision_filter_manager()
+    manager.apply(declare().exclude_within(GeometrySet(balls[:2])))
+    a = manager.apply_transient(declare().exclude_within(GeometrySet(balls)))
+    b = manager.apply_transient(declare().allow_within(GeometrySet(balls[:3])))
+    context = graph.create_default_context()
+    before = allowed(graph, balls)
+    assert before == {(0, 1), (0, 2), (1, 2)}
+    manager.flatten()
+    assert allowed(graph, balls) == before
+    assert not manager.has_transient_history()
+    assert not manager.is_active(a) and not manager.remove_declaration(b)
+    manager.apply(declare().allow_within(GeometrySet(balls[3:])))
+    assert allowed(graph, balls) == {*before, (3, 4)}
+    manager.flatten()
+    assert allowed(graph, balls) == {*before, (3, 4)}
+    # A context that was made before keeps its own.
+    assert allowed(graph, balls, context) == before
+    own = graph.collision_filter_manager(context)
+    assert own.is_active(a) and own.remove_declaration(a)
+    assert allowed(graph, balls, context) == ALL_PAIRS

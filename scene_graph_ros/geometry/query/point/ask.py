@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.accuracy import Accuracy, Engine
-from scene_graph_ros.geometry.errors import EngineError
+from scene_graph_ros.geometry.errors import EngineError, RoleError
 from scene_graph_ros.geometry.loans import RoomLender
 from scene_graph_ros.geometry.model.derived import derived
+from scene_graph_ros.geometry.model.geometry_set import GeometrySet
 from scene_graph_ros.geometry.model.proximity import shape_table
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.snapshot import Snapshot
@@ -32,6 +33,7 @@ from scene_graph_ros.geometry.query.settings import settings_of
 
 __all__ = [
     "AnswerMemory",
+    "compute_signed_distance_geometry_to_point",
     "compute_signed_distance_to_point",
     "compute_signed_distance_to_points",
 ]
@@ -53,6 +55,30 @@ def compute_signed_distance_to_point(
     limit = checked_limit("threshold", threshold)
     key = ("point", point.tobytes(), limit)
     return memo.get(key, point_distances, point.reshape(1, 3), limit)
+
+
+def compute_signed_distance_geometry_to_point(
+    snapshot: Snapshot,
+    p_WQ: ArrayLike,
+    geometries: GeometrySet,
+    accuracy: Accuracy | str | None,
+    engine: Engine | str | None,
+) -> PointDistances:
+    """Answer `QueryObject.compute_signed_distance_geometry_to_point`."""
+    _check_settings(snapshot, accuracy, engine)
+    point, ids = checked_points("p_WQ", p_WQ, 1), snapshot.proximity.ids
+    inspector = snapshot.inspector
+    wanted = [int(each) for each in inspector.get_geometry_ids(geometries, Role.PROXIMITY)]
+    for each in sorted(geometries.geometry_ids()):
+        if int(each) not in ids:
+            name = inspector.get_name(each)
+            what = "is deformable" if inspector.is_deformable(each) else "has no proximity role"
+            raise RoleError(f"geometry {name!r} ({each!r}) {what}")
+    found = point_distances(snapshot, point.reshape(1, 3), math.inf)
+    chosen = np.isin(found.id_G, wanted)
+    return PointDistances(
+        {name: getattr(found, name)[chosen] for name in _COLUMNS}, snapshot.state
+    )
 
 
 def compute_signed_distance_to_points(
