@@ -1,4 +1,4 @@
-"""The fastest motion along a straight line from rest to rest: a closed form, in whole nanoseconds."""
+"""The fastest motion along a straight line from rest to rest, in whole nanoseconds."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _SIGNS = (1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0)
 def straight_states(
     path: PiecewisePolynomial, limits: MotionLimits, shortest: float
 ) -> PathStates | None:
-    """Return the states between the phases of the fastest motion; None where a path is not straight.
+    """Return the states between the phases of the fastest motion; None along a bent path.
 
     It takes seven phases of a constant jerk (Biagiotti and Melchiorri, *Trajectory Planning for
     Automatic Machines and Robots*, 2008, section 3.4). Each takes whole nanoseconds, and at least
@@ -54,7 +54,7 @@ def straight_states(
 
 
 def _phases(length: float, v: float, a: float, jerk: float) -> tuple[float, float, float]:
-    """Return how long an acceleration rises, how long it stays, and how long the speed stays, s."""
+    """Return how long an acceleration rises, how long it stays, and how long a speed stays, s."""
     if a * a >= v * jerk:
         rise, hold = math.sqrt(v / jerk), 0.0
     else:
