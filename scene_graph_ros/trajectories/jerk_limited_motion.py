@@ -218,7 +218,9 @@ class _Nodes:
         b, slope = (each[:, np.newaxis] for each in self._at_nodes())
         rates = self.first * np.sqrt(b) / self.step
         accelerations = (0.5 * self.first * slope + self.second * b) / self.step**2
-        return jerk_excess(self.times(), self.values, rates, accelerations, self.limits.jerks)
+        jerks = self.limits.jerks
+        assert jerks is not None
+        return jerk_excess(self.times(), self.values, rates, accelerations, jerks)
 
     def factor(self) -> float:
         """Return by how much it is too fast, at least 1."""

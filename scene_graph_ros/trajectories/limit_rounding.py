@@ -6,4 +6,4 @@ LIMIT_ROUNDING = 1e-9
 """rad or m: positions that are beyond a limit by less are at it."""
 
 RATE_ROUNDING = 1e-12
-"""Of a limit: rates that are beyond it by less are at it, as at the start of a motion at a limit."""
+"""Of a limit: rates that are beyond it by less are at it, as where a motion begins at a limit."""

@@ -193,9 +193,9 @@ def find_excess(
 ) -> LimitExcess | None:
     """Return where a trajectory is farthest beyond a limit, or None: it is within, at all times.
 
-    That is proven by bounds of its polynomials, not by samples. What is beyond a limit by less than
-    1e-12 of it is at it. ``lower`` and ``upper`` ``(n,)`` are limits of its values, 1e-9 beyond
-    which is still at them. Raises TrajectoryError for a trajectory that is no polynomials.
+    That is proven by bounds of its polynomials, not by samples. What is beyond a limit by less
+    than 1e-12 of it is at it. ``lower`` and ``upper`` ``(n,)`` are limits of its values, 1e-9
+    beyond which is still at them. Raises TrajectoryError for a trajectory that is no polynomials.
     """
     trajectory = polynomials_of("trajectory", trajectory)
     worst = worst_ratio(trajectory, limits)
