@@ -34,8 +34,8 @@ from scene_graph_ros.planning.trajectories import (
     TrajectoryPoints,
 )
 from scene_graph_ros.trajectories.corners import CornerPath
-from scene_graph_ros.trajectories.sample_along import sample_along
 from scene_graph_ros.trajectories.retimer import Retimer, TimeOptimalRetimer
+from scene_graph_ros.trajectories.sample_along import sample_along
 from scene_graph_ros.trajectories.sampling import sample
 
 __all__ = ["main"]

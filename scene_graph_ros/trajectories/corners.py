@@ -28,7 +28,7 @@ _UNEVEN = 1.3
 """Times the shorter edge: up to what the longer edge of such a corner may be."""
 
 _ROUND, _SMOOTH = 3, 7
-"""Degrees: of curves whose direction goes on, and of those whose second and third derivative do."""
+"""Degrees: of curves whose direction goes on, and of those whose next two derivatives do."""
 
 
 class MovingEnd(NamedTuple):
@@ -79,11 +79,11 @@ class CornerPath:
         """How many points are between two edges."""
         return max(len(self.points) - 2, 0)
 
-    def largest_sizes(self, deviation: Array | None = None) -> Array:
+    def largest_sizes(self, deviation: Array | None = None, *, is_smooth: bool = False) -> Array:
         """Return ``(c, 2)`` how long before and after each corner rounding may begin and end.
 
         At most half of the shorter of its edges; of gentle corners, half of each. ``deviation``
-        ``(k,)`` is how far from the edges each entry may be.
+        ``(k,)`` is how far from the edges each entry may be on the curve of `rounded`.
         """
         halves = 0.5 * np.stack([self.lengths[:-1], self.lengths[1:]], axis=1)
         least = halves.min(axis=1, keepdims=True)
@@ -92,8 +92,13 @@ class CornerPath:
         sizes = np.where(gentle[:, np.newaxis], halves, least)
         sizes[self.turns_back] = 0.0
         if deviation is not None:
-            # A parabola of size d is d / 4 of the change of direction from its corner.
-            far = 0.25 * sizes.max(axis=1, keepdims=True) * np.abs(self.turns)
+            # A parabola of size d is d / 4 of the change of direction from its corner, a smooth
+            # curve 5/8 of that.
+            far = (
+                (5.0 / 32.0 if is_smooth else 0.25)
+                * sizes.max(axis=1, keepdims=True)
+                * np.abs(self.turns)
+            )
             uneven = np.where(sizes[:, :1] == sizes[:, 1:], 1.0, 1.5)
             with np.errstate(divide="ignore", invalid="ignore"):
                 part = np.where(far > 0.0, deviation / (far * uneven), np.inf).min(axis=1)
@@ -115,7 +120,7 @@ class CornerPath:
         """Return the path q(s) with its corners rounded; one whose size is 0 stays.
 
         Where ``is_smooth``, q'' and q''' go on, too: q'' is 0 along straight edges. Where two
-        rounded corners meet in the middle of an edge it is the smaller one of both, where they have
+        rounded corners meet in the middle of an edge it is the smaller one of both, if they have
         one sign; so points that are dense on a curve make a curve that bends as evenly.
         """
         pieces = self._pieces(sizes)

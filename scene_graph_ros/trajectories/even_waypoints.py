@@ -21,7 +21,7 @@ _BULGE = 2e-3
 _FEWEST = 5
 """Edges in turn that may be those of a curve."""
 
-_TURN = 0.2
+_TURN = 0.3
 """rad: by how much the path turns at most at each of the points that replace others."""
 
 _FIRST, _MORE = 4, 1.4
@@ -38,7 +38,7 @@ def even_points(
 
     Between corners, where at least five edges turn a little each, so that the cubic spline through
     their points is nowhere farther than 0.2 % of the path's extent from them, the points are
-    replaced by points of the spline: so many, that the path turns by at most 0.2 rad at each. The
+    replaced by points of the spline: so many, that the path turns by at most 0.3 rad at each. The
     curve does not depend on how many points there were, then, nor on how uneven they are. Those
     that are ``always`` there remain; they are marked in the second array.
     """

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.trajectories.derivatives_of import derivatives_of
+from scene_graph_ros.trajectories.errors import RetimingError
 from scene_graph_ros.trajectories.motion_limits import MotionLimits
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
 
@@ -27,7 +28,10 @@ _RAMP = 0.05
 _PER_SEGMENT, _FEWEST, _MOST = 10, 64, 4000
 """Nodes: for each segment of a path, and altogether."""
 
-_RISES = 4
+_LEAST = 8
+"""Nodes of a motion that is too short for more."""
+
+_RISES = 8
 """Nodes in the time in which an acceleration rises to its limit."""
 
 _SHORTEST = 5e-5
@@ -35,6 +39,15 @@ _SHORTEST = 5e-5
 
 _EASED = 0.4
 """Of a path, at most: where the speed at an end becomes that of the guess."""
+
+_JOINS = 40
+"""States that are tried for that."""
+
+_GENTLE = 0.6
+"""Of the limit of jerk: what will do there."""
+
+_BACK = 0.2
+"""Of the mean speed: what a bound of the speed may be below 0."""
 
 
 class PathStates(NamedTuple):
@@ -67,6 +80,7 @@ def guessed_motion(
     limits: MotionLimits,
     start: tuple[float, float],
     end: tuple[float, float],
+    fineness: float = 1.0,
 ) -> PathStates:
     """Return states of a motion with some speed and acceleration at both ends.
 
@@ -77,15 +91,19 @@ def guessed_motion(
     duration = float(times[-1])
     assert limits.jerks is not None
     rise = float((limits.accelerations / limits.jerks).min())
-    # At least what it takes to be within limits of jerk from rest to rest.
     count = int(max(_FEWEST, min(_MOST, _PER_SEGMENT * path.num_segments)))
-    count = int(np.clip(_RISES * duration / rise, _FEWEST, max(count, _FEWEST)))
+    count = int(fineness * np.clip(_RISES * duration / rise, _FEWEST, max(count, _FEWEST)))
+    count = int(np.clip(count, _LEAST, max(duration / _SHORTEST, _LEAST)))
     ramp = max(_RAMP, 2.0 / count) * duration
     states = _averaged(s, times, ramp, count)
-    if any(start):
-        states = _eased(states, start)
-    if any(end):
-        states = _reversed(_eased(_reversed(states), (end[0], -end[1])))
+    if any(start) or any(end):
+        # What must not change at an end can't be slowed down, so the rest is within the limits.
+        states = _within(path, states, limits)
+        largest = float((limits.jerks / _largest_rates(path)).min())
+        if any(start):
+            states = _eased(states, start, largest)
+        if any(end):
+            states = _reversed(_eased(_reversed(states), (end[0], -end[1]), largest))
     return states.evened(count)
 
 
@@ -143,16 +161,60 @@ def _averaged(s: Array, times: Array, ramp: float, count: int) -> PathStates:
     return PathStates(t + ramp, place, np.maximum(speed, 0.0), acceleration)
 
 
-def _eased(states: PathStates, start: tuple[float, float]) -> PathStates:
-    """Return states that begin with another speed and acceleration."""
+def _within(path: PiecewisePolynomial, states: PathStates, limits: MotionLimits) -> PathStates:
+    """Return a motion so much slower that it is about within limits."""
+    _, first, second, _ = derivatives_of(path, states.s)
+    speed, change = states.speed[:, np.newaxis], states.acceleration[:, np.newaxis]
+    a = second * speed**2 + first * change
+    jerks = np.diff(a, axis=0) / np.diff(states.times)[:, np.newaxis]
+    assert limits.jerks is not None
+    factor = max(
+        float((np.abs(first * speed) / limits.velocities).max()),
+        float((np.abs(a) / limits.accelerations).max()) ** 0.5,
+        float((np.abs(jerks) / limits.jerks).max()) ** (1.0 / 3.0),
+    )
+    return PathStates(
+        states.times * factor,
+        states.s,
+        states.speed / factor,
+        states.acceleration / factor**2,
+    )
+
+
+def _largest_rates(path: PiecewisePolynomial) -> Array:
+    """Return bounds ``(k,)`` of how fast positions change along a path; above 0."""
+    largest: Array = np.abs(path.derivative().control_points).max(axis=(0, 1))
+    return np.maximum(largest, np.finfo(np.float64).tiny)
+
+
+def _eased(states: PathStates, start: tuple[float, float], largest: float) -> PathStates:
+    """Return states that begin with another speed and acceleration.
+
+    A quintic leads from these to one of the states; the first one that it reaches with a jerk of
+    less than ``largest``, or with the least.
+    """
     speed, acceleration = start
-    length = float(states.s[-1] - states.s[0])
     along = states.s - states.s[0]
-    joins = (states.speed >= speed) | (along >= _EASED * length)
-    k = max(int(np.argmax(joins)), 1)
-    if not states.speed[k] > 0.0:
-        k = int(np.argmax(states.speed > 0.0))
-    seconds = 2.0 * float(along[k]) / (speed + float(states.speed[k]))
+    last = int(np.argmax(along > _EASED * along[-1]))
+    best: tuple[float, int, float] | None = None
+    for k in np.unique(np.linspace(1, max(last, 1), _JOINS).astype(int)).tolist():
+        if not along[k] > 0.0:
+            continue
+        mean = 0.5 * (speed + float(states.speed[k]))
+        seconds = float(along[k]) / mean
+        ends = np.array([[0.0, along[k]]]).T
+        rates = np.array([[speed, states.speed[k]]]).T
+        changes = np.array([[acceleration, states.acceleration[k]]]).T
+        curve = PiecewisePolynomial.quintic_hermite([0.0, seconds], ends, rates, changes)
+        jerk = float(np.abs(curve.derivative(3).control_points).max()) / largest
+        moves = curve.derivative().control_points.min() > -_BACK * mean
+        if moves and (best is None or jerk < best[0]):
+            best = jerk, k, seconds
+        if best is not None and best[0] <= _GENTLE:
+            break
+    if best is None:
+        raise RetimingError("no motion was found that begins and ends with these velocities")
+    _, k, seconds = best
     times = np.concatenate([[0.0], seconds + states.times[k:] - states.times[k]])
     first = (states.s[0], speed, acceleration)
     rows = (states.s, states.speed, states.acceleration)

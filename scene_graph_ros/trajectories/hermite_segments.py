@@ -34,6 +34,6 @@ def hermite_segments(lengths: Array, sides: Array, degree: int) -> Array:
 
 
 def straight_segments_of(starts: Array, ends: Array, degree: int) -> Array:
-    """Return control points ``(p, degree + 1, k)`` evenly from ``starts`` to ``ends`` ``(p, k)``."""
+    """Return control points ``(p, degree + 1, k)`` evenly from starts to ends ``(p, k)``."""
     part = np.linspace(0.0, 1.0, degree + 1)[:, np.newaxis]
     return (1.0 - part) * starts[:, np.newaxis] + part * ends[:, np.newaxis]

@@ -1,13 +1,13 @@
 """The fastest way along a path under limits of velocity, acceleration and jerk, compiled.
 
-A path p(u) is gone along with the squared rate b(u) = (du/dt)^2, so velocity, acceleration and jerk
-are ``p' sqrt(b)``, ``p' b'/2 + p'' b`` and ``sqrt(b) (p' b''/2 + 3/2 p'' b' + p''' b)``. The first
-two limits are convex in b, and the third is where 1 / sqrt(b) is replaced by its tangent, which is
-below it (Debrouwere and others, *Time-Optimal Path Following for Robots With Convex-Concave
-Constraints Using Sequential Convex Programming*, 2013). Here b is a cubic spline over evenly spaced
-nodes, and a barrier method takes one Newton step for each tangent: all iterates are within all
-limits (Boyd and Vandenberghe, *Convex Optimization*, 2004, section 11.3). The Hessian is a band of
-five diagonals, so that a step's time grows with the number of nodes.
+A path p(u) is followed with the squared rate b(u) = (du/dt)^2, so velocity, acceleration and
+jerk are ``p' sqrt(b)``, ``p' b'/2 + p'' b`` and ``sqrt(b) (p' b''/2 + 3/2 p'' b' + p''' b)``.
+The first two limits are convex in b, and the third is where 1 / sqrt(b) is replaced by its
+tangent, which is below it (Debrouwere and others, *Time-Optimal Path Following for Robots With
+Convex-Concave Constraints Using Sequential Convex Programming*, 2013). Here b is a cubic spline
+over evenly spaced nodes, and a barrier method takes one Newton step for each tangent: all
+iterates are within all limits (Boyd and Vandenberghe, *Convex Optimization*, 2004, section 11.3).
+The Hessian is a band of seven diagonals, so that a step's time grows with the number of nodes.
 """
 
 import math
@@ -19,7 +19,7 @@ from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, kernel
 
 __all__ = ["Rows", "fastest_rates"]
 
-_STEPS = 80
+_STEPS = 250
 """Newton's, at most, of all barriers together."""
 
 _LESS = 0.12
@@ -35,9 +35,15 @@ _SHORTEST = 1e-6
 """Steps that are so much shortened are none."""
 
 _ROOM = 1.02
-"""Times what the limits are exceeded by at first: how much they are widened until they are kept."""
+"""Times what the limits are exceeded by at first: how much wider they are until they are kept."""
 
-_PINNED = 1e12
+_ENOUGH = 0.01
+"""Of the decrement: by how much a step has to make the merit less."""
+
+_STUCK = 1e-3
+"""Relative: where limits get narrower by less in a step, they can't be kept."""
+
+_PINNED = 1e7
 """Weight of what must not change, relative to the Hessian."""
 
 
@@ -75,14 +81,14 @@ def _at_points(c, x):
 
 
 @inlined_kernel
-def _largest(rows, x, first, last):
-    """Return the largest of all limits' shares at nodes ``first`` to ``last``; each as of a rate.
+def _largest(rows, x):
+    """Return the largest of all limits' shares ; each as of a rate.
 
     That is v / V, sqrt(a / A) and cbrt(j / J): times so much slower, all limits are just kept.
     """
     most = 0.0
     joints = rows.a1.shape[0]
-    for k in range(first, last):
+    for k in range(x.shape[1]):
         b = x[0, k]
         if not b > 0.0:
             return math.inf
@@ -100,7 +106,7 @@ def _largest(rows, x, first, last):
 
 
 @inlined_kernel
-def _merit(rows, x, first, last, mu, wide):
+def _merit(rows, x, mu, wide):
     """Return the duration and the barrier; infinite where a limit is not kept."""
     total = 0.0
     joints, n = rows.a1.shape[0], x.shape[1]
@@ -111,8 +117,6 @@ def _merit(rows, x, first, last, mu, wide):
             return math.inf
         z = 1.0 / math.sqrt(b)
         total += 0.5 * z if k == 0 or k == n - 1 else z
-        if k < first or k >= last:
-            continue
         slack = v * rows.caps[k] - b
         if not slack > 0.0:
             return math.inf
@@ -134,7 +138,7 @@ def _merit(rows, x, first, last, mu, wide):
 
 
 @inlined_kernel
-def _model(rows, x, first, last, mu, wide, g, h):
+def _model(rows, x, mu, wide, g, h):
     """Write gradients ``(3, n)`` and convex Hessians ``(6, n)`` of the merit, by b, b' and b''."""
     joints, n = rows.a1.shape[0], x.shape[1]
     v, a, jerk = wide * wide, wide * wide, wide * wide * wide
@@ -146,12 +150,11 @@ def _model(rows, x, first, last, mu, wide, g, h):
         h[0, k] = 0.75 * w * z / (b * b)
         for i in range(1, 6):
             h[i, k] = 0.0
-        if first <= k < last:
-            one = 1.0 / (v * rows.caps[k] - b)
-            g[0, k] += mu * one
-            h[0, k] += mu * one * one
+        one = 1.0 / (v * rows.caps[k] - b)
+        g[0, k] += mu * one
+        h[0, k] += mu * one * one
     for j in range(joints):
-        for k in range(first, last):
+        for k in range(n):
             b, db, ddb = x[0, k], x[1, k], x[2, k]
             c1, c0 = rows.a1[j, k], rows.a0[j, k]
             r = c1 * db + c0 * b
@@ -251,68 +254,76 @@ def _solve(band):
         y[k] /= band[0, k]
 
 
-@kernel
-def fastest_rates(rows, c, pinned, slope, first_weight, last_weight):
-    """Change a spline's coefficients ``(n + 2,)`` to those of about the least duration.
-
-    The rows are of n nodes, a unit of u apart, and the middles between them. ``pinned`` ``(2,)``
-    says whether b must stay what it is at the first and last node, ``slope`` whether b' must; where
-    b is pinned limits are not looked at. The last weight of the barrier costs about as much of the
-    duration, as about one limit is active at a node. Return by what factor a motion is too fast
-    for the limits: 1 where it is not.
-    """
-    m = len(c)
-    n = 2 * (m - 2) - 1
-    x, new = np.empty((3, n)), np.empty((3, n))
-    g, h, band = np.empty((3, n)), np.empty((6, n)), np.empty((5, m))
-    trial = np.empty(m)
-    first, last = (1 if pinned[0] else 0), (n - 1 if pinned[1] else n)
-    _at_points(c, x)
-    wide = _largest(rows, x, first, last)
-    if not (pinned[0] or pinned[1]):
-        # All of it slower, or faster: the square of a rate.
+@inlined_kernel
+def _step(rows, c, x, wide, mu, pinned, slope, work):
+    """Go a step of Newton's; return its decrement, 0 where no part of it makes anything better."""
+    m, n = len(c), x.shape[1]
+    g, h, band, trial, new = work
+    before = _merit(rows, x, mu, wide)
+    _model(rows, x, mu, wide, g, h)
+    _assemble(g, h, pinned, slope, band)
+    for k in range(m):
+        trial[k] = band[4, k]
+    _solve(band)
+    decrement = 0.0
+    for k in range(m):
+        decrement += trial[k] * band[4, k]
+    size = 1.0
+    while size > _SHORTEST:
         for k in range(m):
-            c[k] /= (_ROOM * wide) ** 2
-        _at_points(c, x)
-        wide = 1.0
-    else:
-        wide = max(1.0, _ROOM * wide)
-    mu = first_weight
-    steps = 0
-    while steps < _STEPS:
-        steps += 1
-        before = _merit(rows, x, first, last, mu, wide)
-        _model(rows, x, first, last, mu, wide, g, h)
-        _assemble(g, h, pinned, slope, band)
-        slopes = 0.0
-        for k in range(m):
-            trial[k] = band[4, k]
-        _solve(band)
-        for k in range(m):
-            slopes += trial[k] * band[4, k]
-        size = 1.0
-        while size > _SHORTEST:
-            for k in range(m):
-                trial[k] = c[k] + size * band[4, k]
-            _at_points(trial, new)
-            after = _merit(rows, new, first, last, mu, wide)
-            if after <= before - 0.01 * size * slopes:
-                break
-            size *= _BACK
-        if size > _SHORTEST:
+            trial[k] = c[k] + size * band[4, k]
+        _at_points(trial, new)
+        if _merit(rows, new, mu, wide) <= before - _ENOUGH * size * decrement:
             for k in range(m):
                 c[k] = trial[k]
             for i in range(3):
                 for k in range(n):
                     x[i, k] = new[i, k]
+            return decrement
+        size *= _BACK
+    return 0.0
+
+
+@inlined_kernel
+def _begin(rows, c, x, can_scale):
+    """Begin within the limits; return what they are multiplied with until they are kept."""
+    _at_points(c, x)
+    wide = _largest(rows, x)
+    if not can_scale:
+        return 1.0 if wide < 1.0 else _ROOM * wide
+    # All of it slower, or faster: the square of a rate.
+    for k in range(len(c)):
+        c[k] /= (_ROOM * wide) ** 2
+    _at_points(c, x)
+    return 1.0
+
+
+@kernel
+def fastest_rates(rows, c, pinned, slope, first_weight, last_weight):
+    """Change a spline's coefficients ``(n + 2,)`` to those of about the least duration.
+
+    The rows are of n nodes, a unit of u apart, and the middles between them. ``pinned`` ``(2,)``
+    says whether b must stay what it is at the first and last node, ``slope`` whether b' must. The
+    last weight of the barrier costs about as much of the duration, as about one limit is active at
+    a node. Return by what factor a motion is too fast for the limits: 1 where it is not.
+    """
+    m = len(c)
+    n = 2 * (m - 2) - 1
+    x = np.empty((3, n))
+    work = (np.empty((3, n)), np.empty((6, n)), np.empty((5, m)), np.empty(m), np.empty((3, n)))
+    wide = _begin(rows, c, x, not (pinned[0] or pinned[1]))
+    mu = first_weight
+    for _ in range(_STEPS):
+        decrement = _step(rows, c, x, wide, mu, pinned, slope, work)
+        is_near = decrement < _NEAR * mu * n
         if wide > 1.0:
-            least = _largest(rows, x, first, last)
-            narrower = max(1.0, min(wide, _ROOM * least))
-            if size <= _SHORTEST or (wide - narrower < 1e-3 * wide and slopes < _NEAR * mu * n):
+            least = _largest(rows, x)
+            narrower = 1.0 if least < 1.0 else min(wide, _ROOM * least)
+            if decrement == 0.0 or (wide - narrower < _STUCK * wide and is_near):
                 break
             wide = narrower
-        elif size <= _SHORTEST or slopes < _NEAR * mu * n:
+        elif is_near:
             if mu <= last_weight:
                 break
             mu = max(_LESS * mu, last_weight)
-    return max(1.0, _largest(rows, x, first, last))
+    return max(1.0, _largest(rows, x))

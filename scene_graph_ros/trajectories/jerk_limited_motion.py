@@ -1,7 +1,7 @@
 """The fastest motion along a path under limits of velocity, acceleration and jerk.
 
 A path q(s) is followed as q(s(u(t))). First u is the time of a guess, in which speed changes
-slowly; `fastest_rates` finds how fast u may pass. Then u is the time of that motion, and once more.
+slowly; `fastest_rates` finds how fast u may pass. Then u is the time of that motion, once more.
 What is bounded is not q, but the quintics through its values at nodes evenly apart in u: these are
 what is run, and where q bends too suddenly for a limit of jerk, they bend less.
 """
@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.trajectories.derivatives_of import derivatives_of
+from scene_graph_ros.trajectories.errors import RetimingError
 from scene_graph_ros.trajectories.guessed_motion import guessed_motion, PathStates
 from scene_graph_ros.trajectories.jerk_limited_kernels import fastest_rates, Rows
 from scene_graph_ros.trajectories.motion_limits import MotionLimits
@@ -37,8 +38,14 @@ _ROUNDS = 2
 _TIGHTENINGS = 2
 """How often limits of jerk are tightened where the quintics exceed them."""
 
+_STRICTER = 6
+"""The same for motions that can't just be slowed down, as their ends move."""
+
 _SLOWER = 1.004
 """Slowing all of a motion by less costs less than looking for another one."""
+
+_HOPELESS = 1.05
+"""Motions that are faster than the limits by more than this factor are none."""
 
 _FIRST, _ROUGH, _LAST = 1.0, 1e-2, 2e-3
 """Weights of the barrier: the first, and the last ones of earlier rounds and of the last."""
@@ -72,6 +79,7 @@ def fastest_states(
     limits: MotionLimits,
     start: tuple[float, float] = (0.0, 0.0),
     end: tuple[float, float] = (0.0, 0.0),
+    fineness: float = 1.0,
 ) -> tuple[PathStates, float]:
     """Return states of the fastest motion along a smooth path, and its factor.
 
@@ -82,7 +90,7 @@ def fastest_states(
         straight = straight_states(path, limits, SHORTEST)
         if straight is not None:
             return straight, 1.0
-    states = guessed_motion(path, limits, start, end)
+    states = guessed_motion(path, limits, start, end, fineness)
     ends = _Ends((start[0] > 0.0, end[0] > 0.0), (any(start), any(end)))
     for turn in range(_ROUNDS):
         weight = _LAST if turn == _ROUNDS - 1 else _ROUGH
@@ -90,9 +98,15 @@ def fastest_states(
             states = states.evened()
         nodes = _Nodes(path, states, limits, ends)
         nodes.find(_FIRST if turn == 0 else 2.0 * _AGAIN, weight)
+        if nodes.too_fast > _HOPELESS:
+            raise RetimingError(
+                "no motion begins and ends with these velocities and accelerations within the"
+                " limits along the path"
+            )
         states = nodes.states()
-    for _ in range(_TIGHTENINGS):
-        if nodes.factor() <= _SLOWER or not nodes.tighten():
+    moves = any(ends.is_pinned)
+    for _ in range(_STRICTER if moves else _TIGHTENINGS):
+        if nodes.factor() <= (1.0 if moves else _SLOWER) or not nodes.tighten():
             break
         states = nodes.states()
     return states, nodes.factor()
@@ -137,7 +151,13 @@ class _Nodes:
         p3[2:-1:2] = 0.5 * (left[1:] + right[:-1])
         with np.errstate(divide="ignore", over="ignore"):
             caps = np.minimum((v / np.abs(p1)).min(axis=1) ** 2, _MOST)
-        made = (0.5 * p1 / a, p2 / a, 0.5 * p1 / jerk, 1.5 * p2 / jerk, p3 / jerk)
+        by_a = p1 / (2.0 * a), p2 / a
+        for end, is_pinned in zip((0, -1), self.ends.is_pinned, strict=True):
+            if is_pinned:  # it is given, and within its limits
+                caps[end] = _MOST
+                for each in by_a:
+                    each[end] = 0.0
+        made = (*by_a, 0.5 * p1 / jerk, 1.5 * p2 / jerk, p3 / jerk)
         return Rows(caps, *(np.ascontiguousarray(each.T) for each in made))
 
     def find(self, first: float, last: float) -> None:
@@ -150,11 +170,15 @@ class _Nodes:
         self.too_fast = fastest_rates(
             self.rows, self.rates, np.array(self.ends.is_pinned), slopes, first, last
         )
-        self.jerks = self._excess_of_jerk()
+        if np.isfinite(self.duration()):
+            self.jerks = self._excess_of_jerk()
+        else:
+            self.too_fast, self.jerks = np.inf, np.full(len(self.s) - 1, np.inf)
 
     def tighten(self) -> bool:
         """Find rates with less jerk where the quintics have too much; tell whether that helped."""
-        before = self.factor(), self.rates.copy(), self.excess, self.jerks
+        before = self.rates.copy(), self.excess, self.jerks, self.too_fast
+        cost = self.factor() * self.duration()
         self.excess = self.excess * np.maximum(self.jerks, 1.0)
         at_points = np.ones(2 * len(self.s) - 1)
         at_points[1::2] = self.excess
@@ -162,11 +186,11 @@ class _Nodes:
         at_points[2::2] = np.maximum(at_points[2::2], self.excess)
         rows, j2, j1, j0 = self.rows, *self.rows[3:]
         self.rows = rows._replace(j2=j2 * at_points, j1=j1 * at_points, j0=j0 * at_points)
-        self.find(_AGAIN, _LAST)
+        self.find(_FIRST if any(self.ends.is_pinned) else _AGAIN, _LAST)
         self.rows = rows
-        if self.factor() * self.duration() < before[0] * self._duration_of(before[1]):
+        if self.factor() * self.duration() < cost:
             return True
-        _, self.rates, self.excess, self.jerks = before
+        self.rates, self.excess, self.jerks, self.too_fast = before
         return False
 
     def _at_nodes(self) -> tuple[Array, Array]:
@@ -179,11 +203,8 @@ class _Nodes:
         return np.concatenate([[0.0], self.step * _seconds(self.rates).cumsum()])
 
     def duration(self) -> float:
-        """Return how long it takes, s."""
-        return self._duration_of(self.rates)
-
-    def _duration_of(self, rates: Array) -> float:
-        return self.step * float(_seconds(rates).sum())
+        """Return how long it takes, s; not a finite number where it would turn back."""
+        return self.step * float(_seconds(self.rates).sum())
 
     def states(self) -> PathStates:
         """Return the motion's states at the nodes."""
@@ -197,7 +218,9 @@ class _Nodes:
         b, slope = (each[:, np.newaxis] for each in self._at_nodes())
         rates = self.first * np.sqrt(b) / self.step
         accelerations = (0.5 * self.first * slope + self.second * b) / self.step**2
-        return jerk_excess(self.times(), self.values, rates, accelerations, self.limits.jerks)
+        jerks = self.limits.jerks
+        assert jerks is not None
+        return jerk_excess(self.times(), self.values, rates, accelerations, jerks)
 
     def factor(self) -> float:
         """Return by how much it is too fast, at least 1."""
@@ -211,5 +234,6 @@ def _seconds(c: Array) -> Array:
         y = 1.0 - x
         b = y**3 * c[:-3] + (3.0 * x**3 - 6.0 * x**2 + 4.0) * c[1:-2]
         b += (3.0 * y**3 - 6.0 * y**2 + 4.0) * c[2:-1] + x**3 * c[3:]
-        total += weight / np.sqrt(b / 6.0)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            total += weight / np.sqrt(b / 6.0)
     return total

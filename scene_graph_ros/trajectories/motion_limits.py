@@ -16,7 +16,7 @@ from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.located import suggestion
 from scene_graph_ros.trajectories.errors import TrajectoryError
 from scene_graph_ros.trajectories.extremes import largest_ratios
-from scene_graph_ros.trajectories.limit_rounding import LIMIT_ROUNDING
+from scene_graph_ros.trajectories.limit_rounding import LIMIT_ROUNDING, RATE_ROUNDING
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
 from scene_graph_ros.trajectories.polynomials_of import Polynomials, polynomials_of
 
@@ -193,13 +193,13 @@ def find_excess(
 ) -> LimitExcess | None:
     """Return where a trajectory is farthest beyond a limit, or None: it is within, at all times.
 
-    That is proven by bounds of its polynomials, not by samples. ``lower`` and ``upper`` ``(n,)``
-    are limits of its values, 1e-9 beyond which is still at them. Raises TrajectoryError for a
-    trajectory that is no polynomials.
+    That is proven by bounds of its polynomials, not by samples. What is beyond a limit by less
+    than 1e-12 of it is at it. ``lower`` and ``upper`` ``(n,)`` are limits of its values, 1e-9
+    beyond which is still at them. Raises TrajectoryError for a trajectory that is no polynomials.
     """
     trajectory = polynomials_of("trajectory", trajectory)
     worst = worst_ratio(trajectory, limits)
-    if worst.ratio > 1.0:
+    if worst.ratio > 1.0 + RATE_ROUNDING:
         return worst
     points = trajectory.control_points
     for limit, side in ((lower, -1.0), (upper, 1.0)):

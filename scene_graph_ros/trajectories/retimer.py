@@ -84,6 +84,11 @@ class TimeOptimalRetimer(Retimer):
             end_speed=ends.end[0],
         )
 
+    @property
+    def fineness(self) -> float:
+        """How many times as many nodes a jerk-limited motion gets as by default."""
+        return self.grid_points / GRID_POINTS
+
     def finer(self) -> TimeOptimalRetimer:
         """Return it with twice as many stretches."""
         return replace(self, grid_points=2 * self.grid_points)

@@ -17,10 +17,16 @@ __all__ = ["sample_along"]
 _PARTS = (0.5, 0.7, 1.0)
 """Of a rise time that is certainly enough: what is tried."""
 
-_SAME = 1.0 + 1e-6
-"""A motion that is slowed down by less keeps the velocities that its ends have to have."""
+_LONGER = 10.0
+"""Times what it has to take: motions of other retimers that take longer are not believed."""
 
-_TRIES = 5
+_LESS = 1.0 + 1e-4
+"""Times an excess: by how much limits are narrowed next."""
+
+_SOMEWHAT = 1.01
+"""Times a factor with which no motion is found: what is tried next."""
+
+_TRIES = 6
 """With narrower limits, where a motion can't just be slowed down."""
 
 
@@ -34,9 +40,9 @@ def sample_along(
 ) -> Sampled:
     """Return points of a trajectory along a path, within all limits.
 
-    Our own retimer knows limits of jerk, and motions that do not begin or end at rest. For one that
-    knows no limits of jerk the mean over a rise time keeps them: see `_mean`. A ``rise_time`` (s)
-    together with limits of jerk is one more of these.
+    Our own retimer knows limits of jerk, and motions that do not begin or end at rest. For others
+    that know no limits of jerk the mean over a rise time keeps them: see `_mean`. A ``rise_time``
+    (s) together with limits of jerk is one more of these.
 
     Raises RetimingError where the retimer finds no motion, TrajectoryError for ends that it knows
     nothing of.
@@ -49,15 +55,38 @@ def sample_along(
                 " limits of jerk in place of a rise_time"
             )
         return _between(path, limits, own, ends)
+    if own is None:
+        found = _by_another(path, limits, rise_time, retimer)
+        _judge(found, path, limits, rise_time)
+        return found
     if limits.jerks is None:
-        motion = retimer.motion(path, gentler(limits))
-        return sample(motion, limits, rise_time=rise_time)
-    if own is not None:
-        return sample_jerk_limited(path, _risen(limits, rise_time))
+        return sample(own.motion(path, gentler(limits)), limits, rise_time=rise_time)
+    return sample_jerk_limited(path, _risen(limits, rise_time), fineness=own.fineness)
+
+
+def _by_another(
+    path: PiecewisePolynomial, limits: MotionLimits, rise_time: float, retimer: Retimer
+) -> Sampled:
+    """Return points of the motion of a retimer that is not ours."""
+    if limits.jerks is None:
+        return sample(retimer.motion(path, gentler(limits)), limits, rise_time=rise_time)
     if retimer.keeps_jerks:
         motion = retimer.motion(path, limits)
         return sample(motion, limits, rise_time=rise_time, with_accelerations=True)
     return _mean(path, limits, rise_time, retimer)
+
+
+def _judge(
+    found: Sampled, path: PiecewisePolynomial, limits: MotionLimits, rise_time: float
+) -> None:
+    """Raise RetimingError where a motion of another retimer takes very much longer than ours."""
+    duration = found.points.duration
+    ours = sample_along(path, limits, rise_time=rise_time, retimer=TimeOptimalRetimer())
+    if duration > _LONGER * ours.points.duration:
+        raise RetimingError(
+            f"the retimer's motion would take {duration:.6g} s within the limits, where"
+            f" {ours.points.duration:.6g} s are enough"
+        )
 
 
 def _risen(limits: MotionLimits, rise_time: float) -> MotionLimits:
@@ -76,30 +105,36 @@ def _between(
     ends: MotionEnds,
 ) -> Sampled:
     """Return a motion that moves at its ends: what is too fast is looked for with less."""
-    factor = 1.0
+    factor, found = 1.0, None
     for _ in range(_TRIES):
-        within = _narrowed(limits, factor)
+        within = _narrowed(limits, factor, ends)
         if limits.jerks is None:
             motion = retimer.motion_between(path, gentler(within), ends)
             found = sample(motion, limits, ends=ends)
         else:
-            found = sample_jerk_limited(path, within, ends, judged_by=limits)
-        if found.factor <= _SAME and found.excess is None:
+            try:
+                found = sample_jerk_limited(
+                    path, within, ends, judged_by=limits, fineness=retimer.fineness
+                )
+            except RetimingError:
+                if found is None:
+                    raise
+                factor *= _SOMEWHAT
+                continue
+        if found.excess is None:
             return found
-        factor *= max(found.factor, _SAME)
-    raise RetimingError(
-        "no motion was found that begins and ends with these velocities and accelerations within"
-        f" the limits: it would have to be slower by a factor of {found.factor:.3g}"
-    )
+        factor *= found.factor * _LESS
+    assert found is not None
+    return found
 
 
-def _narrowed(limits: MotionLimits, factor: float) -> MotionLimits:
-    """Return limits in which a motion changes its velocity more slowly.
-
-    Limits of velocity stay, as it may begin at one.
-    """
+def _narrowed(limits: MotionLimits, factor: float, ends: MotionEnds) -> MotionLimits:
+    """Return limits of a motion that is so much slower, but for the velocities of its ends."""
+    assert ends.rates is not None
+    kept = np.abs([each.velocity for each in ends.rates]).max(axis=0)
     jerks = None if limits.jerks is None else limits.jerks / factor**3
-    return MotionLimits(limits.velocities, limits.accelerations / factor**2, limits.names, jerks)
+    velocities = np.maximum(limits.velocities / factor, kept)
+    return MotionLimits(velocities, limits.accelerations / factor**2, limits.names, jerks)
 
 
 def _mean(

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.trajectories.errors import TrajectoryError
+from scene_graph_ros.trajectories.limit_rounding import RATE_ROUNDING
 from scene_graph_ros.trajectories.motion_ends import AT_REST, MotionEnds
 from scene_graph_ros.trajectories.motion_limits import (
     LimitExcess,
@@ -75,19 +76,22 @@ def slowed(
     motion: PathParameterizedTrajectory,
     factor: float = 1.0,
     rise_time: float = 0.0,
+    *,
+    rounds: int = _ROUNDS,
 ) -> Sampled:
     """Return the points of a motion, slowed down until they are within the limits at all times.
 
-    ``points_at`` gives its points at whole nanoseconds, so many times slower than it is. Raises
+    ``points_at`` gives its points at whole nanoseconds, so many times slower than it is. After so
+    many ``rounds`` the rest of the excess is returned, with a factor that may do. Raises
     TrajectoryError for what would take too long for a message.
     """
-    for _ in range(_ROUNDS):
+    for _ in range(rounds):
         nanoseconds = np.rint(times * factor * 1e9)
         if not nanoseconds[-1] <= _LONGEST * 1e9:
             raise TrajectoryError(f"the trajectory would take more than {_LONGEST:g} s")
         points = points_at(nanoseconds.astype(np.int64), factor)
         worst = worst_ratio(points.trajectory(), limits)
-        if worst.ratio <= 1.0:
+        if worst.ratio <= 1.0 + RATE_ROUNDING:
             return Sampled(points, None, factor, motion, rise_time)
         if worst.ratio == np.inf:
             break
@@ -129,7 +133,8 @@ def sample(
     def points(nanoseconds: NDArray[np.int64], factor: float) -> TrajectoryPoints:
         return _points(motion, nanoseconds, factor, rise_time, with_accelerations, ends)
 
-    return slowed(times, points, limits, motion, factor, rise_time)
+    rounds = _ROUNDS if ends.is_rest else 1
+    return slowed(times, points, limits, motion, factor, rise_time, rounds=rounds)
 
 
 def _with_rests(

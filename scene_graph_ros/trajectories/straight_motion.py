@@ -1,4 +1,4 @@
-"""The fastest motion along a straight line from rest to rest: a closed form, in whole nanoseconds."""
+"""The fastest motion along a straight line from rest to rest, in whole nanoseconds."""
 
 from __future__ import annotations
 
@@ -17,6 +17,9 @@ __all__ = ["straight_states"]
 _NANOSECOND = 1e-9
 """s."""
 
+_SPARE = 1.0 - 1e-9
+"""Of the limits: rounding of positions takes no more, where phases take a millisecond."""
+
 _ROUNDING = 1e-3
 """ns: what is so little above a whole number is at it."""
 
@@ -27,11 +30,11 @@ _SIGNS = (1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0)
 def straight_states(
     path: PiecewisePolynomial, limits: MotionLimits, shortest: float
 ) -> PathStates | None:
-    """Return the states between the phases of the fastest motion; None where a path is not straight.
+    """Return the states between the phases of the fastest motion; None along a bent path.
 
     It takes seven phases of a constant jerk (Biagiotti and Melchiorri, *Trajectory Planning for
     Automatic Machines and Robots*, 2008, section 3.4). Each takes whole nanoseconds, and at least
-    ``shortest`` (s), or none: the rates are then as much less as that takes longer.
+    ``shortest`` (s), or none: the rates are as much less as that takes longer.
     """
     points = path.control_points
     if not straight_segments(path).all():
@@ -44,17 +47,23 @@ def straight_states(
     assert limits.jerks is not None
     with np.errstate(divide="ignore", over="ignore"):
         most = [
-            float((each / rate).min())
+            _SPARE * float((each / rate).min())
             for each in (limits.velocities, limits.accelerations, limits.jerks)
         ]
     length = path.duration
-    rise, hold, cruise = (_whole(each, shortest) for each in _phases(length, *most))
+    rise, hold, cruise = _phases(length, *most)
+    # Phases of an instant become part of the others: all rates are less then.
+    if hold < shortest:
+        rise, hold = rise + hold, 0.0
+    if cruise < shortest:
+        rise, cruise = rise + 0.5 * cruise, 0.0
+    rise, hold, cruise = _whole(max(rise, shortest)), _whole(hold), _whole(cruise)
     jerk = length / (rise * (rise + hold) * (2.0 * rise + hold + cruise))
     return _states(path, jerk, (rise, hold, rise, cruise, rise, hold, rise))
 
 
 def _phases(length: float, v: float, a: float, jerk: float) -> tuple[float, float, float]:
-    """Return how long an acceleration rises, how long it stays, and how long the speed stays, s."""
+    """Return how long an acceleration rises, how long it stays, and how long a speed stays, s."""
     if a * a >= v * jerk:
         rise, hold = math.sqrt(v / jerk), 0.0
     else:
@@ -70,12 +79,9 @@ def _phases(length: float, v: float, a: float, jerk: float) -> tuple[float, floa
     return float(np.cbrt(0.5 * length / jerk)), 0.0, 0.0
 
 
-def _whole(seconds: float, shortest: float) -> float:
-    """Return whole nanoseconds that are no less, s; none where there is hardly any."""
-    nanoseconds = math.ceil(seconds / _NANOSECOND - _ROUNDING)
-    if nanoseconds <= 0:
-        return 0.0
-    return max(nanoseconds, math.ceil(shortest / _NANOSECOND)) * _NANOSECOND
+def _whole(seconds: float) -> float:
+    """Return whole nanoseconds that are no less, s."""
+    return max(math.ceil(seconds / _NANOSECOND - _ROUNDING), 0) * _NANOSECOND
 
 
 def _states(path: PiecewisePolynomial, jerk: float, phases: tuple[float, ...]) -> PathStates:

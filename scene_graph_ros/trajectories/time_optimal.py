@@ -29,7 +29,7 @@ _SMOOTH = 1e-9
 """Relative: where a path's direction changes by more at a break, it has a corner."""
 
 _BENT = 2.0
-"""A segment whose direction changes by less than half of it takes fewer stretches, in proportion."""
+"""A segment whose direction changes by less than half of it takes fewer stretches."""
 
 _NO_PEAK = 1e-4
 """Relative: where a stretch's squared speeds differ by less, no faster phase inside of it is worth

@@ -25,7 +25,7 @@ def _distance(points, scale, i, first, last):
 
 @kernel
 def keep_far_points(points, scale, kept):
-    """Mark points ``(n, k)`` until all others are within 1, scaled, of the edges between marked ones.
+    """Mark points ``(n, k)`` until others are within 1, scaled, of the edges between marked ones.
 
     Between two neighbours that are marked the farthest point is marked, and so on.
     """

@@ -14,6 +14,9 @@ Array = NDArray[np.float64]
 _ROUNDING = 3e-7
 """Of the largest entry of a position: some roundings to float32, and arithmetic after them."""
 
+_EXACT = 1e-15
+"""Of the largest entry: what rounding of doubles leaves between a point and an edge."""
+
 _DECIMALS = range(3, 8)
 """How many decimals points may have been rounded to; with more they are as good as float32."""
 
@@ -43,14 +46,14 @@ def rounding_of(points: Array, units: Array) -> Array:
 def telling_points(
     points: Array, tolerance: Array, always: NDArray[np.bool_] | None = None
 ) -> NDArray[np.intp]:
-    """Return which points ``(n, k)`` of a path are kept, with its ends and those that are ``always``.
+    """Return which points ``(n, k)`` of a path are kept: its ends, and some ``always``.
 
     All others are within ``tolerance`` ``(k,)`` of the straight edges between these (Ramer, *An
     Iterative Procedure for the Polygonal Approximation of Plane Curves*, 1972).
     """
     kept = np.zeros(len(points), dtype=np.bool_) if always is None else always.copy()
     kept[[0, -1]] = True
-    # A tolerance of 0 keeps all but what is exactly on an edge.
-    scale = 1.0 / np.maximum(tolerance, np.finfo(np.float64).tiny)
+    # A tolerance of 0 keeps all but what is on an edge, as far as doubles tell.
+    scale = 1.0 / np.maximum(tolerance, _EXACT * (np.abs(points).max(axis=0) + 1.0))
     keep_far_points(np.ascontiguousarray(points), scale, kept)
     return np.flatnonzero(kept)

@@ -92,5 +92,7 @@ def plan() -> None:
     walked(sides, np.ones(2), q, 1, np.eye(1), np.random.default_rng(0))
     MaxCliqueSolverViaBranchAndBound().solve_max_clique(np.ones((3, 3)))
     time_path(checker, [[0.0], [0.5], [0.0]], MotionLimits(np.ones(1), np.ones(1), ("joint",)))
+    soft = MotionLimits(np.ones(1), np.ones(1), ("joint",), jerks=np.ones(1))
+    time_path(checker, [[0.0], [0.5]], soft, start_velocity=[0.1])
     zmp = PiecewisePolynomial.first_order_hold([0.0, 1.0], [[0.0, 0.0], [1.0, 0.0]])
     ZmpPlanner().plan(zmp, np.zeros(4), 1.0)

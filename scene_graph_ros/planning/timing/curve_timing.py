@@ -27,7 +27,6 @@ from scene_graph_ros.robots.tree_joint import KinematicTreeError
 from scene_graph_ros.trajectories.bezier_curve import BezierCurve
 from scene_graph_ros.trajectories.composite_trajectory import CompositeTrajectory
 from scene_graph_ros.trajectories.errors import RetimingError, TrajectoryError
-from scene_graph_ros.trajectories.sample_along import sample_along
 from scene_graph_ros.trajectories.motion_limits import MotionLimits
 from scene_graph_ros.trajectories.path_parameterized_trajectory import (
     PathParameterizedTrajectory,
@@ -36,6 +35,7 @@ from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomia
 from scene_graph_ros.trajectories.polynomials_of import Polynomials, polynomials_of
 from scene_graph_ros.trajectories.retimer import Retimer
 from scene_graph_ros.trajectories.retimers.named_retimers import as_retimer
+from scene_graph_ros.trajectories.sample_along import sample_along
 from scene_graph_ros.trajectories.unwrapping import normalize_segment_times
 
 __all__ = ["time_curve"]

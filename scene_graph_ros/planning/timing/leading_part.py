@@ -85,7 +85,7 @@ def led_out(parts: Parts, found: Sequence[TimedPath]) -> TimedPath:
 
 
 def joined(parts: Sequence[TimedPath]) -> TimedPath:
-    """Return a trajectory of parts that rest where they meet; the first that failed, if one did."""
+    """Return a trajectory of parts that rest where they meet, or the first failure."""
     failed = next((part for part in parts if not part.is_success), None)
     if failed is not None:
         return failed

@@ -14,7 +14,6 @@ from scene_graph_ros.planning.timing.leading_part import led_out, parts_of
 from scene_graph_ros.planning.timing.path_options import PathOptions, with_options
 from scene_graph_ros.planning.timing.rounded_path import RoundedPath
 from scene_graph_ros.planning.timing.timing_problem import (
-    TimingFailure,
     as_timed_path,
     as_timeout,
     beyond_limit,
@@ -23,14 +22,15 @@ from scene_graph_ros.planning.timing.timing_problem import (
     position_excess,
     TimedPath,
     timing_problem,
+    TimingFailure,
     TimingProblem,
     too_late,
 )
 from scene_graph_ros.trajectories.errors import RetimingError, TrajectoryError
-from scene_graph_ros.trajectories.sample_along import sample_along
 from scene_graph_ros.trajectories.motion_limits import MotionLimits
 from scene_graph_ros.trajectories.retimer import Retimer
 from scene_graph_ros.trajectories.retimers.named_retimers import as_retimer
+from scene_graph_ros.trajectories.sample_along import sample_along
 from scene_graph_ros.trajectories.sampling import Sampled, SHORTEST
 from scene_graph_ros.trajectories.trajectory_points import TrajectoryPoints
 
@@ -60,15 +60,17 @@ def time_path(
     """Return a fast trajectory along a path ``(n, nq)`` of straight edges.
 
     ``limits`` are of the positions that move, by name; all others must be the same on all of the
-    path. Corners are rounded, as far as is proven free, and stopped at where they can't be. What is
-    returned are points and the cubics through them, as controllers run them: of these it is shown
+    path. Corners are rounded, as far as is proven free, and stopped at where they can't be. It
+    returns points and the cubics through them, as controllers run them: of these it is shown
     that they keep all limits at all times, and proven that they are free. With limits of jerk
     accelerations do not jump; then points have them, and it is the quintics through them. With a
     ``rise_time`` (s) and no limits of jerk each moment becomes the mean of so much time around it.
 
-    Rounded corners reach at most to the middles of edges. Where the path turns back, by 172 degrees
-    or more, it is followed to the end, with rest. Points that are on straight edges between
-    others, but for what rounding to float32 or to 3 to 7 decimals does, are no corners.
+    Rounded corners reach at most to the middles of edges. Where the path turns back, by 172
+    degrees or more, it is followed to the end, with rest. Points that are on straight edges
+    between others, but for what rounding to float32 or to 3 to 7 decimals does, are no corners.
+    Where at least five edges in turn are those of a curve, it is the cubic spline through their
+    points, if that is within 0.2 % of the path's extent.
     ``deviation``, one or ``(nq,)`` in the units of q, is how far from the path the trajectory may
     be; 0 rests at each corner. ``through`` are rows of the path that it passes exactly, and
     ``at_rest`` rows at which it rests. Where it can't pass a row of ``through`` on a curve that

@@ -24,8 +24,8 @@ _SMALLEST = 1.0 / 64.0
 """Of the largest: corners that would have to be rounded less are stopped at."""
 
 _LEFT_OUT, _ROUNDED = 0.1, 0.85
-"""Shares of a deviation: of points that are left out, and of rounded corners. The rest of it is for
-what runs through points, which is not quite on the curve."""
+"""Shares of a deviation: of points that are left out, and of rounded corners. The rest is for the
+polynomials through points, which are not quite on the curve."""
 
 
 class RoundedPath:
@@ -47,8 +47,10 @@ class RoundedPath:
         if len(self._corners.points) > 1:
             self._lead(q, through)
         deviation = problem.deviation
+        own = not problem.retimer.stops_at_corners
+        self._is_smooth = own and problem.limits.jerks is not None
         self._largest = self._corners.largest_sizes(
-            None if deviation is None else _ROUNDED * deviation
+            None if deviation is None else _ROUNDED * deviation, is_smooth=self._is_smooth
         )
         self._sizes = self._largest.copy()
         if problem.retimer.stops_at_corners:
@@ -101,10 +103,7 @@ class RoundedPath:
         """Return the curve as it is rounded now, and how its motion begins and ends."""
         if self._curve is not None:
             return self._curve, self._ends
-        problem = self._problem
-        own = not problem.retimer.stops_at_corners
-        is_smooth = own and problem.limits.jerks is not None
-        return self._corners.rounded(self._sizes, is_smooth=is_smooth), self._ends
+        return self._corners.rounded(self._sizes, is_smooth=self._is_smooth), self._ends
 
     def shrink(self, places: NDArray[np.float64]) -> bool:
         """Round the corners next to some places on the curve less; tell whether there was one."""

@@ -61,6 +61,10 @@ class RuckigRetimer(Retimer):
         )
 
 
+_INSTANT = 1e-9
+"""Of a motion's duration."""
+
+
 def _along(
     piece: PiecewisePolynomial, limits: MotionLimits
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -80,12 +84,19 @@ def _along(
         [number * unit**order] for order, number in enumerate(most, 1)
     )
     found = ruckig.Trajectory(1)
-    result = ruckig.Ruckig(1).calculate(asked, found)
+    try:
+        result = ruckig.Ruckig(1).calculate(asked, found)
+    except ruckig.RuckigError as error:
+        why = str(error).strip().partition("\n")[0]
+        raise RetimingError(f"Ruckig found no motion along the path: {why}") from error
     if result not in (ruckig.Result.Working, ruckig.Result.Finished):
         raise RetimingError(f"Ruckig found no motion along the path: {result.name}")
     profile = found.profiles[0][0]
     steps = np.array(profile.t)
-    takes_time = steps > 0.0
+    # Phases of an instant are what rounding leaves; their jerk would be any.
+    takes_time = steps > _INSTANT * steps.sum()
+    if not np.isfinite(steps).all() or not takes_time.any():
+        raise RetimingError("Ruckig's motion along the path has no phases")
     s, speeds = (np.array(each) / profile.p[-1] for each in (profile.p, profile.v))
     third = steps / 3.0
     scaling = np.stack(
