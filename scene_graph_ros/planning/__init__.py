@@ -142,6 +142,8 @@ if TYPE_CHECKING:
     from scene_graph_ros.planning.regions.iris_zo_options import IrisZoOptions
     from scene_graph_ros.planning.regions.np_options import IrisNpOptions
     from scene_graph_ros.planning.regions.region_record import ConfigurationRegion
+    from scene_graph_ros.planning.straight.straight_plan import StraightFailure, StraightPlan
+    from scene_graph_ros.planning.straight.straight_planner import plan_straight
     from scene_graph_ros.planning.timing.curve_timing import time_curve
     from scene_graph_ros.planning.timing.path_timing import prove_trajectory, time_path
     from scene_graph_ros.planning.timing.timing_problem import TimedPath, TimingFailure
@@ -229,6 +231,8 @@ __all__ = [
     "SceneGraphCollisionChecker",
     "SolveStatus",
     "SolverOptions",
+    "StraightFailure",
+    "StraightPlan",
     "Subgraph",
     "TimedPath",
     "TimingFailure",
@@ -250,6 +254,7 @@ __all__ = [
     "load_robot_diagram",
     "make_body_shape_description",
     "plan_path",
+    "plan_straight",
     "plan_through_regions",
     "prove_trajectory",
     "region_around",
@@ -363,6 +368,8 @@ _MODULES = {
     "planning.regions.iris_zo_options": ("IrisZoOptions",),
     "planning.regions.np_options": ("IrisNpOptions",),
     "planning.regions.region_record": ("ConfigurationRegion",),
+    "planning.straight.straight_plan": ("StraightFailure", "StraightPlan"),
+    "planning.straight.straight_planner": ("plan_straight",),
     "planning.timing.curve_timing": ("time_curve",),
     "planning.timing.path_timing": ("prove_trajectory", "time_path"),
     "planning.timing.timing_problem": ("TimedPath", "TimingFailure"),

@@ -333,6 +333,29 @@ def edges():
             yield "alpha", np.array([measure.alpha, measure.distance])
 
 
+def poses():
+    """Configurations of an arm on a rail that reach poses, or come near, and how near."""
+    from scene_graph_ros.planning import inverse_kinematics_of_poses
+    from scene_graph_ros.robots.kinematic_tree import KinematicTree
+    from scene_graph_ros.robots.tree_joint import TreeJoint
+    from scene_graph_ros.robots.tree_kernels import PRISMATIC, REVOLUTE
+
+    generator = np.random.default_rng(4)
+    frames = _poses(generator, 7, 0.3)
+    joints = tuple(
+        TreeJoint(f"j{k}", REVOLUTE if k else PRISMATIC, k, frames[k], lower=-2.0, upper=2.0)
+        for k in range(7)
+    )
+    tree = KinematicTree("arm", joints, ("tool",), (7,), np.eye(4)[np.newaxis])
+    q = generator.uniform(-2.0, 2.0, (_COUNT, 7))
+    X_WTs = tree.link_poses(q, ["tool"])[:, 0]
+    X_WTs[-4:, :3, 3] += 9.0
+    for near in (None, np.full(7, 0.1)):
+        found = inverse_kinematics_of_poses(tree, "tool", X_WTs, near=near)
+        yield "configurations", found.configurations
+        yield "errors", np.stack([found.position_errors, found.rotation_errors])
+
+
 PARTS = (
     pairs,
     derivatives,
@@ -343,6 +366,7 @@ PARTS = (
     cameras,
     sets,
     edges,
+    poses,
 )
 
 

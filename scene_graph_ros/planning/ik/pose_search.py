@@ -142,6 +142,10 @@ class PoseSearch:
         pulls = np.where(np.arange(first, first + count) < pulled, _PULL, 0.0)
         return self._descended(goals, homes, starts, pulls, _STEPS, first >= _HURRIED)
 
+    def followed(self, goals: NDArray[np.float64], x: NDArray[np.float64]) -> Tries:
+        """Return where descents from ``x`` ``(m, n)`` to goals ``(m, 7)`` end, one for each."""
+        return self._descended(goals, x, x[:, np.newaxis], np.zeros(1), _STEPS, True)
+
     def polished(
         self, goals: NDArray[np.float64], homes: NDArray[np.float64], tries: Tries
     ) -> Tries:

@@ -1,0 +1,1 @@
+"""Motions that lead a tool along lines and arcs."""
