@@ -26,6 +26,7 @@ from scene_graph_ros.geometry import (
     IllustrationProperties,
     Mesh,
     PerceptionProperties,
+    PointCloud,
     ProximityProperties,
     Rgba,
     Role,
@@ -105,6 +106,7 @@ class World:
         self.ids["pad"] = graph.register_deformable_geometry(
             arm, WORLD, soft_instance(X=at(0, 0, 2)), 0.2
         )
+        self._add("seen", "crate", at(0, 0, 0.3), PointCloud([[0.1, 0, 0], [0, 0.1, 0.1]], 0.05))
         graph.exclude_collisions_within(self.set_of("ball", "rod", "hull"))
         graph.add_renderer("first", Renderer())
         context = self.context = graph.create_default_context()
@@ -235,6 +237,8 @@ def answers_of(world: World) -> dict[str, Any]:
     for g in ids:
         if inspector.is_deformable(g):
             found[f"q_WG of {names[int(g)]}"] = context.configuration(g).tolist()
+        if isinstance(inspector.get_shape(g), PointCloud):
+            found[f"points of {names[int(g)]}"] = context.points(g).tolist()
     found["depth"] = _ids_by_pair(
         query.compute_point_pair_penetration(), names, ("depth", "p_WCa", "p_WCb", "nhat_BA_W")
     )
@@ -405,6 +409,9 @@ EDITS_OF_POSES: dict[str, Edit] = {
     "set a pose": lambda w: w.context.set_frame_pose(w.other, w.frames["crate"], at(0.1, 0, 0)),
     "set configurations": lambda w: w.context.set_configurations(
         w.arm, {w.ids["pad"]: 1.1 * w.context.configuration(w.ids["pad"])}
+    ),
+    "set points": lambda w: w.context.set_points(
+        w.other, {w.ids["seen"]: [[0.2, 0, 0], [0, 0.2, 0], [0, 0, 0.2]]}
     ),
 }
 

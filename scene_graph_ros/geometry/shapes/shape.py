@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.errors import InvalidShapeError
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
-from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.tolerances import MAX_SHAPE_SIZE, MIN_SHAPE_SIZE
 
 __all__ = ["PrimitiveShape", "Shape", "symmetric_bounds"]
