@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import abc
 import dataclasses
-import enum
 import math
 from typing import Any, ClassVar
 
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.errors import InvalidShapeError
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
+from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.tolerances import MAX_SHAPE_SIZE, MIN_SHAPE_SIZE
 
 __all__ = ["PrimitiveShape", "Shape", "symmetric_bounds"]
@@ -26,8 +26,7 @@ class Shape:
     """
 
     __slots__ = ()
-    kind: ClassVar[enum.IntEnum]
-    """A ShapeKind, or an ElementKind."""
+    kind: ClassVar[ShapeKind]
 
     @property
     def type_name(self) -> str:
