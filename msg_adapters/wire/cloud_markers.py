@@ -34,7 +34,5 @@ class CloudMarkers(DeformableMarkers):
         marker.scale.x = marker.scale.y = marker.scale.z = size
         return marker
 
-    def _corners(
-        self, item: DeformableItem, p_WVs: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
+    def _corners(self, item: DeformableItem, p_WVs: NDArray[np.float64]) -> NDArray[np.float64]:
         return p_WVs

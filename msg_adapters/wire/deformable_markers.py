@@ -103,9 +103,7 @@ class DeformableMarkers:
         """Return the marker of an item, without what changes."""
         return empty_marker(item.item, self._frame_id)
 
-    def _corners(
-        self, item: DeformableItem, p_WVs: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
+    def _corners(self, item: DeformableItem, p_WVs: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the marker's points of positions; without any it is deleted."""
         return p_WVs[item.triangles.ravel()]
 

@@ -2,9 +2,22 @@
 
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from scene_graph_msgs.msg import Shape
 
-__all__ = ["box", "capsule", "convex", "cylinder", "ellipsoid", "half_space", "mesh", "sphere"]
+__all__ = [
+    "box",
+    "capsule",
+    "convex",
+    "cylinder",
+    "ellipsoid",
+    "half_space",
+    "mesh",
+    "point_cloud",
+    "sphere",
+]
 
 
 def _shape(kind: int, *dimensions: float) -> Shape:
@@ -53,3 +66,10 @@ def mesh(resource: str, scale: float = 1.0) -> Shape:
 def convex(resource: str, scale: float = 1.0) -> Shape:
     """Return the convex hull of a mesh file; named as in `mesh`."""
     return Shape(kind=Shape.CONVEX, resource=resource, scale=[float(scale)] * 3)
+
+
+def point_cloud(points: ArrayLike, radius: ArrayLike) -> Shape:
+    """Return balls about points ``(n, 3)`` of one radius, or ``(n,)`` of one each."""
+    vertices = np.asarray(points, dtype=np.float64).reshape(-1).tolist()
+    radii = np.atleast_1d(np.asarray(radius, dtype=np.float64)).tolist()
+    return Shape(kind=Shape.POINT_CLOUD, vertices=vertices, dimensions=radii)

@@ -13,7 +13,12 @@ from scene_graph_ros.geometry import Role, SceneGraph
 from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 from scene_graph_ros.located import SceneFileError
-from scene_graph_ros.scene_files.saved_values import plain_value, SavedFiles, SceneSaveError
+from scene_graph_ros.scene_files.saved_values import (
+    plain_value,
+    SavedFiles,
+    SceneSaveError,
+    shape_of_now,
+)
 from scene_graph_ros.scene_files.scene import load_scene_text
 
 if TYPE_CHECKING:
@@ -66,7 +71,8 @@ def _differences(saved: Snapshot, loaded: Snapshot) -> Iterator[tuple[str, Any, 
         X, X_loaded = saved.pose_in_parent(one), loaded.pose_in_parent(other)
         yield f"the pose of {name}", X.tobytes(), X_loaded.tobytes()
     for record, its in zip(a.geometries.values(), b.geometries.values(), strict=True):
-        yield from _geometry(f"geometry {saved.inspector.get_path(record.id)!r}", record, its)
+        now = record._replace(shape=shape_of_now(saved, record.id))
+        yield from _geometry(f"geometry {saved.inspector.get_path(record.id)!r}", now, its)
     yield "the collision filters", _excluded(a), _excluded(b)
     for name, engine in a.renderers.items():
         same = b.renderers.get(name)

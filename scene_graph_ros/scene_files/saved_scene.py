@@ -19,6 +19,7 @@ from scene_graph_ros.scene_files.saved_values import (
     properties_to_spec,
     SavedFiles,
     SceneSaveError,
+    shape_of_now,
     shape_to_spec,
     volume_mesh_bytes,
 )
@@ -174,7 +175,8 @@ class _Saving:
                         " can't say"
                     )
             entry["pose"] = pose_to_spec(record.X_FG)
-            entry["shape"] = shape_to_spec(record.shape, name, self.files)
+            shape = shape_of_now(self.snapshot, geometry_id)
+            entry["shape"] = shape_to_spec(shape, name, self.files)
             entry["roles"] = {
                 word: properties_to_spec(_groups(record.properties[role]), f"geometry {name!r}")
                 for word, role in _ROLES.items()

@@ -27,6 +27,8 @@ from scene_graph_ros.geometry import (
     Sphere,
 )
 from scene_graph_ros.geometry.errors import SceneGraphError
+from scene_graph_ros.geometry.model.ids import GeometryId
+from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 
@@ -37,6 +39,7 @@ __all__ = [
     "plain_value",
     "pose_to_spec",
     "properties_to_spec",
+    "shape_of_now",
     "shape_to_spec",
     "volume_mesh_bytes",
 ]
@@ -80,6 +83,15 @@ class SavedFiles:
 def pose_to_spec(X: np.ndarray[Any, Any]) -> dict[str, Any]:
     """Return a pose ``(4, 4)``, also the identity: without one, zeros have a sign."""
     return {"matrix": X[:3].tolist()}
+
+
+def shape_of_now(snapshot: Snapshot, geometry_id: GeometryId) -> Shape:
+    """Return a geometry's shape; a cloud with the points that it has in a snapshot."""
+    shape = snapshot.inspector.get_shape(geometry_id)
+    if not isinstance(shape, PointCloud):
+        return shape
+    now = snapshot.point_set(geometry_id)
+    return PointCloud(now.points, now.radii)
 
 
 def shape_to_spec(shape: Shape, name: str, files: SavedFiles) -> dict[str, Any]:

@@ -60,6 +60,7 @@ GROUPS: dict[str, KernelGroup] = {
             "deformable contact",
             (f"{_HERE}.deformable:find_deformable_contact",),
         ),
+        KernelGroup("clouds", "clouds of points", (f"{_HERE}.clouds:ask_about_clouds",)),
         KernelGroup(
             "cameras", "images of cameras", (f"{_HERE}.cameras:render_images",), is_apart=True
         ),

@@ -24,6 +24,7 @@ from scene_graph_ros.geometry.shapes.ellipsoid import Ellipsoid
 from scene_graph_ros.geometry.shapes.half_space import HalfSpace
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.mesh import Mesh
+from scene_graph_ros.geometry.shapes.point_cloud import PointCloud
 from scene_graph_ros.geometry.shapes.shape import Shape
 from scene_graph_ros.geometry.shapes.sphere import Sphere
 
@@ -102,6 +103,21 @@ def test_a_mesh_in_memory_survives_the_wire(
 
 
 @pytest.mark.parametrize("cls", [Mesh, Convex])
+@pytest.mark.parametrize("radius", [0.25, 0.0, [0.5, 0.125]])
+def test_a_cloud_survives_the_wire(radius: Any, over_the_wire: Callable[[Any], Any]) -> None:
+    """Its points are vertices, its radii dimensions; without points one radius is left."""
+    cloud = PointCloud([[1 / 3, -2.0, 3.0], [4.0, 5.0, 6.0]], radius)
+    assert shapes.shape_from_msg(over_the_wire(shapes.shape_to_msg(cloud))) == cloud
+    empty = PointCloud([], 0.5)
+    assert shapes.shape_from_msg(over_the_wire(shapes.shape_to_msg(empty))) == empty
+    with pytest.raises(MessageError, match="takes the dimensions radius"):
+        shapes.shape_from_msg(ShapeMsg(kind=ShapeMsg.POINT_CLOUD, vertices=[0.0, 0.0, 0.0]))
+    with pytest.raises(MessageError, match="PointCloud vertices"):
+        shapes.shape_from_msg(
+            ShapeMsg(kind=ShapeMsg.POINT_CLOUD, vertices=[0.0, 0.0], dimensions=[1.0])
+        )
+
+
 def test_a_mesh_file_is_a_resource(
     cls: type, obj_file: Path, over_the_wire: Callable[[Any], Any]
 ) -> None:

@@ -23,6 +23,7 @@ from scene_graph_ros.geometry import (
     GeometrySet,
     HalfSpace,
     Mesh,
+    PointCloud,
     ProximityProperties,
     Role,
     SceneGraph,
@@ -100,6 +101,7 @@ class World:
         self.ids["pad"] = graph.register_deformable_geometry(
             arm, WORLD, soft_instance(X=at(0, 0, 2)), 0.2
         )
+        self._add("seen", "crate", at(0, 0, 0.3), PointCloud([[0.1, 0, 0], [0, 0.1, 0.1]], 0.05))
         graph.exclude_collisions_within(self.set_of("ball", "rod", "hull"))
         graph.add_renderer("first", Renderer())
         context = self.context = graph.create_default_context()
@@ -267,6 +269,8 @@ def answers_of(world: World) -> dict[str, Any]:
     for g in ids:
         if inspector.is_deformable(g):
             found[f"q_WG of {names[int(g)]}"] = context.configuration(g).tolist()
+        if isinstance(inspector.get_shape(g), PointCloud):
+            found[f"points of {names[int(g)]}"] = context.points(g).tolist()
     found["depth"] = _ids_by_pair(
         query.compute_point_pair_penetration(), names, ("depth", "p_WCa", "p_WCb", "nhat_BA_W")
     )

@@ -175,4 +175,7 @@ EDITS_OF_POSES: dict[str, Edit] = {
     "set configurations": lambda w: w.context.set_configurations(
         w.arm, {w.ids["pad"]: 1.1 * w.context.configuration(w.ids["pad"])}
     ),
+    "set points": lambda w: w.context.set_points(
+        w.other, {w.ids["seen"]: [[0.2, 0, 0], [0, 0.2, 0], [0, 0, 0.2]]}
+    ),
 }

@@ -53,9 +53,7 @@ def test_pages_draw_octahedra_in_the_balls():
         away = np.linalg.norm(corners - center, axis=2)
         assert (np.abs(away - radius).max(axis=1) < 1e-12).sum() == 1
     assert (np.ptp(corners[2:], axis=1) == 0.0).all()
-    normals = np.cross(
-        *(np.diff(corners[0][item.triangles[:8]], axis=1).transpose(1, 0, 2)[:2])
-    )
+    normals = np.cross(*(np.diff(corners[0][item.triangles[:8]], axis=1).transpose(1, 0, 2)[:2]))
     outwards = corners[0][item.triangles[:8]].mean(axis=1) - corners[0].mean(axis=0)
     assert (np.einsum("fi,fi->f", normals, outwards) > 0.0).all()
     context.set_points(source, {cloud: (np.zeros((0, 3)), [])})

@@ -50,8 +50,9 @@ def make_iris_obstacles(
     """Return all geometry with the proximity role as sets, where it is in the query's snapshot.
 
     In a frame, the world by default. Meshes are taken by their hulls, those in pieces by
-    those of the pieces; clouds by their balls, large ones by boxes around eight of them. Raises UnknownIdError for a
-    frame that is not there, ConvexSetError for deformable geometry, which is not convex.
+    those of the pieces; clouds by their balls, large ones by boxes around eight of them.
+    Raises UnknownIdError for a frame that is not there, ConvexSetError for deformable geometry,
+    which is not convex.
     """
     check_query(query, "make_iris_obstacles")
     inspector = query.inspector()

@@ -27,7 +27,7 @@ def checked_configurations(
 ) -> dict[GeometryId, Configuration]:
     """Return what a source says of its geometries, or raise; see Context.set_configurations."""
     result = {}
-    for record, label, value in _own(state, source_id, configurations, "vertex positions", "q_WG"):
+    for record, label, value in _own(state, source_id, configurations, "deform it", "q_WG"):
         deformable = deformable_of(record)
         q_WG = _checked_positions(value, len(deformable.mesh.vertices), label)
         result[record.id] = Configuration(deformable, q_WG)
@@ -39,7 +39,7 @@ def checked_point_sets(
 ) -> dict[GeometryId, PointSet]:
     """Return what a source says of its clouds, or raise; see Context.set_points."""
     result = {}
-    for record, label, value in _own(state, source_id, points, "points", "p_GPs"):
+    for record, label, value in _own(state, source_id, points, "set its points", "p_GPs"):
         shape = record.shape
         if not isinstance(shape, PointCloud):
             raise InvalidConfigurationError(
@@ -60,19 +60,19 @@ def is_of(value: Configuration | PointSet, record: GeometryRecord | None) -> boo
 
 
 def _own(
-    state: GeometryState, source_id: SourceId, given: Any, what: str, symbol: str
+    state: GeometryState, source_id: SourceId, given: Any, verb: str, symbol: str
 ) -> Iterator[tuple[GeometryRecord, str, Any]]:
     """Yield record, label and value of each geometry in a mapping, which must be the source's."""
     state.require_source(source_id)
     if not isinstance(given, Mapping):
-        raise TypeError(f"a mapping of geometry ids to {what} is needed, not {quoted(given)}")
+        raise TypeError(f"geometry ids must map to {symbol}, not {quoted(given)}")
     source = state.source_names[source_id]
     for geometry_id, value in given.items():
         record = state.geometry(geometry_id)
         if record.source_id != source_id:
             raise OwnershipError(
                 f"geometry {record.name!r} ({geometry_id!r}) belongs to source"
-                f" {state.source_names[record.source_id]!r}: {source!r} can't set its {what}"
+                f" {state.source_names[record.source_id]!r}: {source!r} cannot {verb}"
             )
         yield record, f"{symbol} of geometry {record.name!r} of source {source!r}", value
 

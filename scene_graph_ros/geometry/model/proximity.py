@@ -53,7 +53,7 @@ class ProximityArrays(NamedTuple):
     is_anchored: NDArray[np.bool_]
     """(n,) whether the frame is the world."""
     has_elements: bool
-    """Whether there are shapes of many elements beside these, see ``GeometryState.element_ids``."""
+    """Whether there are shapes of many elements beside these: ``GeometryState.element_ids``."""
     filter_bits: NDArray[np.uint8] | None
     """(n, ceil(n / 8)) or None without any: pair (i, j) was excluded by a declaration where
     ``(filter_bits[i, j >> 3] >> (j & 7)) & 1``; pairs on one frame are not marked."""

@@ -51,7 +51,7 @@ SetValue: TypeAlias = Configuration | PointSet
 """What is set of a geometry beside poses."""
 
 NO_CONFIGURATIONS: Mapping[GeometryId, SetValue] = MappingProxyType({})
-"""Every deformable geometry is in its reference configuration, every cloud has its first points."""
+"""Deformable geometry is in its reference configuration, clouds have their first points."""
 
 
 def refuse_frame_pose(name: str, status: int, value: Any) -> Exception:
@@ -126,7 +126,8 @@ class Snapshot(NotCopied):
         """Take a shared state, and poses ``(f, 4, 4)`` in its layout that nobody writes to.
 
         Deformable geometries that ``configurations`` does not name are in their reference
-        configuration, clouds have the points that they were registered with. What a snapshot ``before`` knows of the same state is not looked up again.
+        configuration, clouds have the points that they were registered with. What a snapshot
+        ``before`` knows of the same state is not looked up again.
         """
         assert state.shared
         self.state = state

@@ -17,6 +17,7 @@ from scene_graph_ros.geometry.model.memory import Memory
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.query.candidates.rows import candidate_rows
 from scene_graph_ros.geometry.query.distance.ask import distances_of_pairs
+from scene_graph_ros.geometry.query.on_demand import on_demand
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.query.results import (
     PointDistances,
@@ -65,7 +66,8 @@ def signed_distance_blocks(
 ) -> Iterator[SignedDistancePairs]:
     """Yield what ``compute_signed_distance_pairwise_closest_points`` answers, in order.
 
-    A table is of at most ``rows`` >= 1 pairs that may be near enough.
+    A table is of at most ``rows`` >= 1 pairs that may be near enough. Pairs of shapes of many
+    elements come last.
     """
     snapshot = query.snapshot
     settings = Settings(query.accuracy, query.engine)
@@ -73,14 +75,20 @@ def signed_distance_blocks(
     for start in range(0, max(len(pairs), 1), rows):
         some = pairs[start : start + rows]
         yield distances_of_pairs(snapshot, some, max_distance, settings)
+    if snapshot.proximity.has_elements:
+        none = distances_of_pairs(snapshot, pairs[:0], max_distance, settings)
+        yield on_demand("distances_with_elements")(snapshot, none, max_distance, settings)
 
 
 def joined(tables: Sequence[Table]) -> Table:
     """Put one table or more of a kind behind one another."""
     if len(tables) == 1:
         return tables[0]
-    names = list(tables[0].columns)
-    columns = {name: np.concatenate([t.columns[name] for t in tables]) for name in names}
+    names = dict.fromkeys(name for table in tables for name in table.columns)
+    columns = {name: np.concatenate([getattr(t, name) for t in tables]) for name in names}
+    if "element_A" in columns:  # what has elements came last
+        order = np.lexsort([columns["id_B"], columns["id_A"]])
+        columns = {name: column[order] for name, column in columns.items()}
     return type(tables[0])(columns)
 
 

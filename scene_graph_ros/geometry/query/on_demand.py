@@ -1,7 +1,8 @@
 """Queries whose code is imported when they are first asked.
 
-So are parts of queries that only some scenes need. What they need - bodies with pressure fields, tetrahedra, kernels - costs a scene nothing as long
-as nobody asks. They are in packages above this one, so they are known here by name only.
+So are parts of queries that only some scenes need. What they need - bodies with pressure fields,
+tetrahedra, kernels - costs a scene nothing as long as nobody asks. They are in packages above this
+one, so they are known here by name only.
 """
 
 from __future__ import annotations

@@ -27,7 +27,7 @@ class PointCloud(ElementShape):
     """
 
     __slots__ = ("_points", "_radii", "begun")
-    kind: ClassVar[ElementKind] = ElementKind.POINT_CLOUD
+    kind: ClassVar[ElementKind] = ElementKind.POINT_CLOUD  # type: ignore[assignment]
 
     def __init__(self, points: ArrayLike, radius: ArrayLike) -> None:
         """Copy points and radii.

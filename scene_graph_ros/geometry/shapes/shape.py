@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import abc
 import dataclasses
-import enum
 import math
 from typing import Any, ClassVar
 
@@ -27,8 +26,7 @@ class Shape:
     """
 
     __slots__ = ()
-    kind: ClassVar[enum.IntEnum]
-    """A ShapeKind, or an ElementKind."""
+    kind: ClassVar[ShapeKind]
 
     @property
     def type_name(self) -> str:

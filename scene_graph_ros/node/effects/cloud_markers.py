@@ -33,9 +33,7 @@ class RoleClouds(RoleDeformables):
     def _ids(self, snapshot: WorldSnapshot) -> Sequence[GeometryId]:
         return snapshot.query.snapshot.state.element_ids(self._role)
 
-    def _items(
-        self, snapshot: WorldSnapshot, ids: Sequence[GeometryId]
-    ) -> list[DeformableItem]:
+    def _items(self, snapshot: WorldSnapshot, ids: Sequence[GeometryId]) -> list[DeformableItem]:
         return cloud_items(snapshot.inspector, self._role, ids)
 
     def _positions(self, snapshot: WorldSnapshot) -> Mapping[int, Positions]:

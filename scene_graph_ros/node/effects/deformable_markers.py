@@ -40,9 +40,7 @@ class RoleDeformables:
     def _ids(self, snapshot: WorldSnapshot) -> Sequence[GeometryId]:
         return snapshot.query.snapshot.state.deformable_ids(self._role)
 
-    def _items(
-        self, snapshot: WorldSnapshot, ids: Sequence[GeometryId]
-    ) -> list[DeformableItem]:
+    def _items(self, snapshot: WorldSnapshot, ids: Sequence[GeometryId]) -> list[DeformableItem]:
         return deformable_items(snapshot.inspector, self._role, ids, self._warn)
 
     def append(

@@ -34,6 +34,7 @@ from scene_graph_ros.geometry.errors import (
     UnknownIdError,
     UnsupportedPairError,
 )
+from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.query.results import SignedDistancePairs
 from scene_graph_ros.geometry.query.what_if import ask_what_if
@@ -133,8 +134,12 @@ Handler = Callable[[Any, Any, QueryScope], None]
 
 def _possible_pairs(scope: QueryScope) -> int:
     """Bound the number of pairs that the scene has, all configurations together."""
-    anchored = np.asarray(scope.snapshot.query.snapshot.proximity.is_anchored)
+    snapshot = scope.snapshot.query.snapshot
+    anchored = np.asarray(snapshot.proximity.is_anchored)
     count, moving = len(anchored), int(np.count_nonzero(~anchored.astype(bool)))
+    clouds = snapshot.state.element_ids(Role.PROXIMITY)
+    count += len(clouds)
+    moving += sum(not snapshot.inspector.is_anchored(each) for each in clouds)
     pairs = moving * (count - moving) + moving * (moving - 1) // 2
     return pairs * len(scope.options.configurations)
 
@@ -210,7 +215,8 @@ def point_distances(request: Any, response: Any, scope: QueryScope) -> None:
     points = points_from_msg(request.points)
     threshold = limit_from_msg(request.threshold, "threshold")
     if np.isinf(threshold):
-        geometries = len(scope.snapshot.query.snapshot.proximity.ids)
+        snapshot = scope.snapshot.query.snapshot
+        geometries = len(snapshot.proximity.ids) + len(snapshot.state.element_ids(Role.PROXIMITY))
         scope.require("max_rows_per_response", count * geometries, "points times geometries")
     # Many points of one configuration are shared, or else the configurations.
     threads = scope.limit("query_threads") if len(scope.options.configurations) == 1 else 1

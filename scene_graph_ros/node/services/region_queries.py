@@ -22,9 +22,9 @@ from msg_adapters.regions import (
     region_to_msg,
 )
 from msg_adapters.scene import geometry_set_from_msg
-from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.model.names import canonical_name
+from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.optimization import (
     ConvexSetError,
     HPolyhedron,

@@ -1,9 +1,9 @@
 """Proofs that edges keep their distance from clouds that do not move, by yes or no.
 
 A body is free on a stretch where no ball is nearer to it in the middle than its points can move
-until the ends, beside its padding. Where that is not so the stretch is halved, for this body alone,
-until a configuration in the middle collides. What is not proven so far is left to the proofs of all
-other pairs.
+until the ends, beside its padding. Where that is not so the stretch is halved, for this body
+alone, until a configuration in the middle collides. What is not proven so far is left to the
+proofs of all other pairs.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from scene_graph_ros.planning.edges.edge_stretches import COLLIDES, FREE, UNDECI
 from scene_graph_ros.planning.edges.motion_kernels import margin_of, Motions, set_body_motions
 from scene_graph_ros.planning.pairs.bodies import place_bodies, Places
 from scene_graph_ros.planning.pairs.check_kernels import NO_PAIR
+from scene_graph_ros.planning.pairs.cloud_grid import may_be_near
 from scene_graph_ros.planning.pairs.cloud_kernels import (
     body_in_cloud,
     box_of,
@@ -26,7 +27,6 @@ from scene_graph_ros.planning.pairs.cloud_kernels import (
     place_in_cloud,
 )
 from scene_graph_ros.planning.pairs.cloud_pairs import CloudScratch
-from scene_graph_ros.planning.pairs.cloud_grid import may_be_near
 from scene_graph_ros.planning.pairs.cloud_scan import any_near
 from scene_graph_ros.robots.tree_kernels import LANES
 
@@ -68,8 +68,9 @@ def _needs(table, motions, c, m, half, tolerance):
 
 @inlined_kernel
 def _look_at_group(checked, table, scratch, tree, c, group, k, half, tolerance, is_open):
-    """Mark the pairs of a group that are free on stretch k; return one that collides in the
-    middle, or NO_PAIR, and whether any is still open.
+    """Mark the pairs of a group that are free on stretch k.
+
+    Returns one that collides in the middle, or NO_PAIR, and whether any is still open.
     """
     motions, places, clouds = scratch.motions, scratch.places, scratch.clouds
     held, bodies = checked.held, checked.bodies
@@ -118,49 +119,71 @@ def _put(scratch, count, low, high, row):
 
 
 @inlined_kernel
+def _put_first(checked, scratch):
+    """Put an edge in stretches of some length on the pile; return how many."""
+    longest, own = 0.0, scratch.motions.own
+    for a in range(len(own)):
+        longest = max(longest, own[a, 0])
+    parts, waiting = int(min(1.0 + longest / _STRETCH, 64.0)), 0
+    for m in range(scratch.open.shape[1]):
+        scratch.open[MOST_WAITING, m] = True
+    for i in range(parts):
+        waiting = _put(scratch, waiting, i / parts, (i + 1) / parts, MOST_WAITING)
+    return waiting
+
+
+@inlined_kernel
+def _place_last(checked, edge, scratch, waiting, count):
+    """Place bodies as in the middles of the last stretches on the pile."""
+    motions, last = scratch.motions, scratch.open.shape[1] - 1
+    for k in range(LANES):
+        row = waiting - 1 - min(k, count - 1)
+        low, high = scratch.ends[row, 0], scratch.ends[row, 1]
+        scratch.low[k], scratch.high[k] = low, high
+        for m in range(last if k < count else 0):
+            scratch.open[MOST_WAITING + k, m] = scratch.open[row, m]
+        scratch.open[MOST_WAITING + k, last] = False
+        point_on(checked.tree, edge, 0.5 * (low + high), motions.q[k])
+    place_bodies(checked.tree, checked.bodies, motions.q, 0, checked.X_WB, scratch.places)
+
+
+@inlined_kernel
+def _look(checked, table, scratch, count, tolerance):
+    """Find which pairs are free on stretches; return (pair, lane) of one that collides, if any."""
+    last = scratch.open.shape[1] - 1
+    for c in range(len(table.clouds)):
+        place_in_cloud(checked.bodies, scratch.places, table.X_CW[c], scratch.clouds)
+        tree = tree_of(checked.held, table.clouds[c, 0])
+        for k in range(count):
+            is_open, half = (
+                scratch.open[MOST_WAITING + k],
+                0.5 * (scratch.high[k] - scratch.low[k]),
+            )
+            for group in range(table.clouds[c, 1], table.clouds[c, 2]):
+                pair, any_open = _look_at_group(
+                    checked, table, scratch, tree, c, group, k, half, tolerance, is_open
+                )
+                if pair != NO_PAIR:
+                    return pair, k
+                is_open[last] |= any_open
+    return NO_PAIR, 0
+
+
+@inlined_kernel
 def _prove(checked, table, edge, rules, stop, scratch):
     """Return (status, pair, at, looks) of one edge."""
-    motions, places, clouds = scratch.motions, scratch.places, scratch.clouds
-    set_body_motions(checked.tree, checked.bodies, checked.reaches, edge, motions)
-    longest = 0.0
-    for a in range(len(motions.own)):
-        longest = max(longest, motions.own[a, 0])
-    parts = int(min(1.0 + longest / _STRETCH, 64.0))
-    waiting, looks = 0, 0
-    for i in range(parts):
-        for m in range(scratch.open.shape[1]):
-            scratch.open[MOST_WAITING, m] = True
-        waiting = _put(scratch, waiting, i / parts, (i + 1) / parts, MOST_WAITING)
+    set_body_motions(checked.tree, checked.bodies, checked.reaches, edge, scratch.motions)
+    waiting, looks, last = _put_first(checked, scratch), 0, scratch.open.shape[1] - 1
     while waiting > 0:
         count = min(LANES, waiting)
-        for k in range(LANES):
-            row = waiting - 1 - min(k, count - 1)
-            scratch.low[k], scratch.high[k] = scratch.ends[row, 0], scratch.ends[row, 1]
-            if k < count:
-                for m in range(scratch.open.shape[1]):
-                    scratch.open[MOST_WAITING + k, m] = scratch.open[row, m]
-            middle = 0.5 * (scratch.low[k] + scratch.high[k])
-            point_on(checked.tree, edge, middle, motions.q[k])
+        _place_last(checked, edge, scratch, waiting, count)
         waiting -= count
         looks += count
-        place_bodies(checked.tree, checked.bodies, motions.q, 0, checked.X_WB, places)
+        pair, k = _look(checked, table, scratch, count, rules.tolerance)
+        if pair != NO_PAIR:
+            return COLLIDES, pair, 0.5 * (scratch.low[k] + scratch.high[k]), looks
         for k in range(count):
-            scratch.open[MOST_WAITING + k, -1] = False
-        for c in range(len(table.clouds)):
-            place_in_cloud(checked.bodies, places, table.X_CW[c], clouds)
-            tree = tree_of(checked.held, table.clouds[c, 0])
-            for k in range(count):
-                low, high, is_open = scratch.low[k], scratch.high[k], scratch.open[MOST_WAITING + k]
-                half = 0.5 * (high - low)
-                for group in range(table.clouds[c, 1], table.clouds[c, 2]):
-                    pair, any_open = _look_at_group(
-                        checked, table, scratch, tree, c, group, k, half, rules.tolerance, is_open
-                    )
-                    if pair != NO_PAIR:
-                        return COLLIDES, pair, 0.5 * (low + high), looks
-                    is_open[-1] |= any_open
-        for k in range(count):
-            if not scratch.open[MOST_WAITING + k, -1]:
+            if not scratch.open[MOST_WAITING + k, last]:
                 continue
             low, high = scratch.low[k], scratch.high[k]
             if high - low < _FINEST or waiting + 2 > MOST_WAITING or stop[0] != 0:

@@ -54,7 +54,10 @@ class CheckedShapes(NamedTuple):
         if not self.clouds:
             return pairs
         known = set(map(tuple, pairs.tolist()))
-        filtered, first = snapshot.state.collision_filtered, len(self.table.kind) - len(self.clouds)
+        filtered, first = (
+            snapshot.state.collision_filtered,
+            len(self.table.kind) - len(self.clouds),
+        )
         for k, row in enumerate(self.rows.tolist()):
             for m, other in enumerate(self.rows.tolist()):
                 if row >= first and (other < first or m < k):

@@ -263,7 +263,10 @@ def _bounds(shapes: CheckedShapes, rows: NDArray[np.int64]) -> tuple[NDArray[np.
     at_rest = np.tile(np.eye(4), (len(table.kind), 1, 1))
     lower, upper = (corner[rows] for corner in world_boxes(table, at_rest))
     are_clouds = rows >= len(table.kind) - len(shapes.clouds)
-    lower[are_clouds], upper[are_clouds] = table.lower[rows[are_clouds]], table.upper[rows[are_clouds]]
+    lower[are_clouds], upper[are_clouds] = (
+        table.lower[rows[are_clouds]],
+        table.upper[rows[are_clouds]],
+    )
     centers, radii = np.zeros((len(rows), 3)), np.empty(len(rows))
     for b, row in enumerate(rows):
         kind = table.kind[row]

@@ -139,9 +139,7 @@ def _split(plan: CheckerPlan) -> SplitPlan | None:
         groups += _groups(plan, a[pairs], int(own[0]), int(own[-1]) + 1)
         clouds.append((cloud, begin, len(groups)))
     starts, planes = _planes(plan)
-    X_WC = np.stack(
-        [plan.bodies.X_WG[b[pairs[groups[g][0]]] - robots] for _, g, _ in clouds]
-    )
+    X_WC = np.stack([plan.bodies.X_WG[b[pairs[groups[g][0]]] - robots] for _, g, _ in clouds])
     R_CW = X_WC[:, :, :3].transpose(0, 2, 1)
     X_CW = np.concatenate([R_CW, -R_CW @ X_WC[:, :, 3:]], axis=2)
     quick = CloudTable(

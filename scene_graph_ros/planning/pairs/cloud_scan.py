@@ -87,8 +87,9 @@ def _exact_pose(places, table, c, a, k):
 def any_near(held, tree, body, where, need, limit, decides, guesses, a):
     """Tell whether a ball may be nearer than ``need`` (m) to a body; see ``body_in_cloud``.
 
-    ``where`` are places, table, cloud of the table and configuration, which tell the pose. With ``decides`` whether one is nearer than ``limit``, which is less, as exactly as any pair is
-    decided.
+    ``where`` are places, table, cloud of the table and configuration, which tell the pose. With
+    ``decides`` it tells whether one is nearer than ``limit``, which is less, as exactly as any
+    pair is decided.
     """
     R, _, middle, _, first, last, box, j = body
     places, table, c, k = where

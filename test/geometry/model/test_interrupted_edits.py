@@ -57,7 +57,7 @@ QUESTIONS_OF = {
     ),
     Context: (
         *("clone", "configuration", "filters", "frame_pose", "frame_poses", "inspector"),
-        *("model_version", "pose_version", "resolve_set", "share", "snapshot", "state"),
+        *("model_version", "points", "pose_version", "resolve_set", "share", "snapshot", "state"),
     ),
     CollisionFilterManager: ("has_transient_history", "is_active"),
 }

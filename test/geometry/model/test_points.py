@@ -29,9 +29,7 @@ class Scene:
         self.other = self.graph.register_source("other")
         self.frame = self.graph.register_frame(self.camera, GeometryFrame("lens"))
         self.one = self.add(self.camera, self.frame, PointCloud([[1, 0, 0]], 0.25), "one")
-        self.each = self.add(
-            self.camera, self.frame, PointCloud([[2, 0, 0]], [0.5]), "each"
-        )
+        self.each = self.add(self.camera, self.frame, PointCloud([[2, 0, 0]], [0.5]), "each")
         hand = self.graph.register_frame(self.other, GeometryFrame("hand"))
         self.ball = self.add(self.other, hand, Sphere(0.1), "ball")
         self.context = self.graph.create_default_context()
@@ -128,7 +126,7 @@ def test_only_the_owner_sets_points_of_clouds(scene):
         scene.context.points(scene.ball)
     with pytest.raises(UnknownIdError):
         set_points(scene.camera, {7: [[0, 0, 0]]})
-    with pytest.raises(TypeError, match="mapping"):
+    with pytest.raises(TypeError, match="geometry ids must map to p_GPs"):
         set_points(scene.camera, [[0, 0, 0]])
 
 

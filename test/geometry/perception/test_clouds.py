@@ -1,8 +1,8 @@
 """What cameras see of clouds: their balls, as spheres of their own would be seen."""
 
+from camera_scenes import CLIPPING, LENS, WORLD
 import numpy as np
 import pytest
-from camera_scenes import CLIPPING, LENS, WORLD
 
 from scene_graph_ros.geometry import (
     GeometryInstance,

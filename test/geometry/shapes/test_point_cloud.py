@@ -50,7 +50,7 @@ def test_each_ball_may_have_its_own_radius():
 def test_equal_numbers_are_equal_clouds(radius):
     """So is a copy that was pickled."""
     cloud = PointCloud(POINTS, radius)
-    assert cloud == pickle.loads(pickle.dumps(cloud)) == PointCloud(POINTS.copy(), radius)  # noqa: S301
+    assert cloud == pickle.loads(pickle.dumps(cloud)) == PointCloud(POINTS.copy(), radius)
     assert hash(cloud) == hash(PointCloud(POINTS, radius))
     assert cloud != PointCloud(POINTS + 1.0, radius)
     assert cloud != POINTS.tolist()

@@ -216,8 +216,7 @@ def test_filters_added_shapes_and_other_processes(tmp_path):
     assert (carried.check_configs_collision_free(q) == free).all()
     edges = np.stack([q, q + 0.1], axis=1)
     assert (
-        carried.check_edges_collision_free(edges)
-        == cell.checker.check_edges_collision_free(edges)
+        carried.check_edges_collision_free(edges) == cell.checker.check_edges_collision_free(edges)
     ).all()
     alone = Cell(tmp_path, points[:0], radii[:0]).checker.check_configs_collision_free(q)
     arm = [i for i in cell.context.inspector().get_all_geometry_ids() if i not in cell.ids]
@@ -236,9 +235,7 @@ def test_a_held_cloud_is_checked_as_what_is_held(tmp_path):
     cell = Cell(tmp_path, points, radii)
     arm = cell.context.inspector().get_source_id_by_name("arm")
     held = GeometryFrame("held")
-    frame = cell.graph.register_frame(
-        arm, held, parent=cell.frames["lower"], context=cell.context
-    )
+    frame = cell.graph.register_frame(arm, held, parent=cell.frames["lower"], context=cell.context)
     thing = np.array([[0.6, 0.0, 0.0], [0.7, 0.0, 0.1]])
     instance = GeometryInstance(np.eye(4), PointCloud(thing, 0.05), "thing")
     instance.set_proximity_properties(ProximityProperties())

@@ -1,11 +1,9 @@
 """How near elements may be to a shape, at least: boxes of points against the shape's own box."""
 
-
-
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
 from scene_graph_ros.geometry.compiled.lanes import (
-    larger,
     LANES,
+    larger,
     load_lanes,
     magnitude,
     root,

@@ -1,7 +1,8 @@
 """The element of a cloud that is nearest to a shape, or deepest in it.
 
-Branch and bound in the tree of points (compare Roussopoulos and others, *Nearest Neighbor Queries*,
-1995): a node is left out where its box is farther from the shape's than what was found. Of a point
+Branch and bound in the tree of points (compare Roussopoulos and others, *Nearest Neighbor
+Queries*, 1995): a node is left out where its box is farther from the shape's than one that was
+found. Of a point
 that may be nearer PAIR_DISTANCE tells the distance, as of a sphere without a radius, so that the
 answer is as exact as that. Where boxes tell little, as for many points in little space, the
 distance of a node's centre does: no point of the node is nearer by more than its half diagonal.
@@ -41,7 +42,7 @@ NONE = -1
 """Instead of a place in the tree: no element is near enough."""
 
 STACK = 128
-"""Nodes that wait: seven for each level of a tree, and one; it has at most ten levels."""
+"""Nodes and points that wait: seven for each level, and one; a tree has at most ten levels."""
 
 _ENOUGH = 16
 """Distances measured before those of nodes' centres are, too."""
@@ -51,6 +52,7 @@ _IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 _nodes = stack_array((STACK, 2), np.int64)
 _gaps = stack_array((STACK,))
 _low = stack_array((LANES,))
+_known = stack_array((5,))
 _pair_distance = PAIR_DISTANCE.call
 
 
@@ -108,79 +110,86 @@ def _radius(tree, leaf, i):
 
 
 @inlined_kernel
+def _expand(tree, level, node, cover, best, nodes, gaps, low, begin):
+    """Put a node's children, or a leaf's points, that may be nearer than ``best`` on the stack.
+
+    Returns (count, beyond): how long that is, and how near those are at least that are left out.
+    """
+    if level > 0:
+        bounds = from_boxes(tree.boxes, tree.starts[level - 1] + node, cover)
+    else:
+        bounds = from_points(tree.points, node, cover)
+        if len(tree.radii) > 0:
+            bounds = bounds - load_lanes(tree.radii, node * LANES)
+        else:
+            bounds = bounds - tree.radius[1]
+    is_open = bounds < best
+    store_lanes(low, 0, select(is_open, math.inf, bounds))
+    beyond = least_of_eight(low)
+    store_lanes(low, 0, bounds)
+    bits, count = bits_of(is_open), begin
+    while bits != 0:
+        i = lowest_bit(bits)
+        bits &= bits - 1
+        push_sorted(nodes, gaps, count, begin, level - 1, LANES * node + i, low[i])
+        count += 1
+    return count, beyond
+
+
+@inlined_kernel
+def _measure(places, j, point, tree, at, X_CB, best, tolerance, known):
+    """Return (phi, gap, looks) of the ball at a place of the tree; phi is ``best`` for a bound.
+
+    ``known`` has the point that was measured last, its distance and its gap: many points may be
+    one. ``looks`` is 1 where it was measured now.
+    """
+    leaf, i, looks = at // LANES, at % LANES, 0
+    radius = _radius(tree, leaf, i)
+    x, y, z = tree.points[leaf, 0, i], tree.points[leaf, 1, i], tree.points[leaf, 2, i]
+    if not (x == known[0] and y == known[1] and z == known[2]):
+        known[3], _, _, _, known[4] = _point_distance(
+            places, j, point, (x, y, z), X_CB, best + radius, tolerance
+        )
+        known[0], known[1], known[2], looks = x, y, z, 1
+    phi, gap = known[3] - radius, known[4]
+    if phi == math.inf or gap == math.inf:
+        known[0] = math.nan  # a bound is that of one radius
+        return max(best, phi) if phi < math.inf else best, 0.0, looks
+    return phi, gap, looks
+
+
+@inlined_kernel
 def nearest_element(places, cloud, j, R_CB, p_CB, max_distance, tolerance):
-    """Return (phi, gap, place, least): the signed distance of a cloud C to row j, B.
+    """Return (phi, gap, place): the signed distance of a cloud C to row j, B.
 
     ``place`` is where in the tree's order the nearest ball is, or NONE where all are farther than
     ``max_distance``: then phi is a lower bound above that. ``gap`` bounds by how much phi may be
     too large, infinite for a bound.
     """
     table, tree = borrowed_table(places), tree_of(places, cloud)
-    point, X_CB = first_cloud_of(places) - 1, (R_CB, p_CB)
-    cover = cover_of(table, j, R_CB, p_CB)
-    is_convex = not table.exact[j]
-    nodes, gaps, low = _nodes(), _gaps(), _low()
-    best = just_above(max_distance)
-    place, least, beyond, looks = NONE, math.inf, math.inf, 0
-    last_p, last_phi, last_gap = (math.nan, 0.0, 0.0), 0.0, 0.0
-    count = 0
-    if len(tree.points) > 0:
-        nodes[0, 0], nodes[0, 1], gaps[0], count = len(tree.starts) - 1, 0, -math.inf, 1
+    point, X_CB, top = first_cloud_of(places) - 1, (R_CB, p_CB), len(tree.starts) - 1
+    cover, is_convex = cover_of(table, j, R_CB, p_CB), not table.exact[j]
+    nodes, gaps, low, known = _nodes(), _gaps(), _low(), _known()
+    best, place, least, beyond = just_above(max_distance), NONE, math.inf, math.inf
+    nodes[0, 0], nodes[0, 1], gaps[0], known[0], looks = top, 0, -math.inf, math.nan, 0
+    count = 1 if len(tree.points) > 0 else 0
     while count > 0:
         count -= 1
         level, node, gap = nodes[count, 0], nodes[count, 1], gaps[count]
+        if gap < best and looks > _ENOUGH and is_convex and 0 <= level < top:
+            gap = _from_center(places, j, point, tree, level, node, X_CB, best, tolerance)
         if gap >= best:
             beyond = min(beyond, gap)
-            continue
-        if looks > _ENOUGH and is_convex and level < len(tree.starts) - 1:
-            gap = _from_center(places, j, point, tree, level, node, X_CB, best, tolerance)
-            if gap >= best:
-                beyond = min(beyond, gap)
-                continue
-        if level > 0:
-            bounds = from_boxes(tree.boxes, tree.starts[level - 1] + node, cover)
+        elif level >= 0:
+            count, left_out = _expand(tree, level, node, cover, best, nodes, gaps, low, count)
+            beyond = min(beyond, left_out)
         else:
-            bounds = from_points(tree.points, node, cover)
-            if len(tree.radii) > 0:
-                bounds = bounds - load_lanes(tree.radii, node * LANES)
+            phi, gap, look = _measure(places, j, point, tree, node, X_CB, best, tolerance, known)
+            looks += look
+            if phi < best:
+                best, place, least = phi, node, min(least, phi - gap)
             else:
-                bounds = bounds - tree.radius[1]
-        is_open = bounds < best
-        store_lanes(low, 0, select(is_open, math.inf, bounds))
-        beyond = min(beyond, least_of_eight(low))
-        store_lanes(low, 0, bounds)
-        bits, begin = bits_of(is_open), count
-        while bits != 0:
-            i = lowest_bit(bits)
-            bits &= bits - 1
-            push_sorted(nodes, gaps, count, begin, level - 1, LANES * node + i, low[i])
-            count += 1
-        if level > 0:
-            continue
-        while count > begin:  # these are points
-            count -= 1
-            leaf, i = nodes[count, 1] // LANES, nodes[count, 1] % LANES
-            if gaps[count] >= best:
-                beyond = min(beyond, gaps[count])
-                continue
-            radius = _radius(tree, leaf, i)
-            p = (tree.points[leaf, 0, i], tree.points[leaf, 1, i], tree.points[leaf, 2, i])
-            if p != last_p:
-                last_phi, _, _, _, last_gap = _point_distance(
-                    places, j, point, p, X_CB, best + radius, tolerance
-                )
-                last_p = p
-                looks += 1
-            phi = last_phi - radius
-            if phi == math.inf or last_gap == math.inf:
-                last_p = (math.nan, 0.0, 0.0)  # a bound is that of one radius
-                beyond = min(beyond, max(best, phi) if phi < math.inf else best)
-                continue
-            if phi >= best:
                 beyond = min(beyond, phi)
-                continue
-            best, place = phi, nodes[count, 1]
-            least = min(least, phi - last_gap)
     if place == NONE:
         return max(beyond, just_above(max_distance)), math.inf, NONE
     return best, max(best - least, 0.0), place

@@ -1,4 +1,4 @@
-"""How far points are from the nearest ball of clouds, or how deep in the one they are deepest in."""
+"""How far points are from the nearest ball of clouds, or how deep in the deepest one."""
 
 from __future__ import annotations
 

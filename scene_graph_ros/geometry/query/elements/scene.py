@@ -109,7 +109,9 @@ def _find_clouds(snapshot: Snapshot) -> Clouds:
 
 @derived(Part.FRAMES, Role.PROXIMITY)
 def _element_rows(state: GeometryState) -> RoleArrays:
-    return role_arrays([state.geometries[i] for i in state.element_ids(Role.PROXIMITY)], state.layout())
+    return role_arrays(
+        [state.geometries[i] for i in state.element_ids(Role.PROXIMITY)], state.layout()
+    )
 
 
 @derived(Role.PROXIMITY)

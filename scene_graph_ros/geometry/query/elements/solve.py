@@ -201,15 +201,11 @@ def _as_spheres(
     # Differences first: a scene far away is as exact as one at the origin.
     X_CG[m:, :3, 3] = np.einsum("mij,mj->mi", R_CW, X_WB[:, :3, 3] - X_WC[:, :3, 3])
     X_CG[m:, :3, :3] = R_CW @ X_WB[:, :3, :3]
-    X_CG[m:, :3, 3][is_cloud] += np.einsum(
-        "mij,mj->mi", X_CG[m:, :3, :3][is_cloud], others.p_CP
-    )
+    X_CG[m:, :3, 3][is_cloud] += np.einsum("mij,mj->mi", X_CG[m:, :3, :3][is_cloud], others.p_CP)
     return whole._replace(**columns), X_CG
 
 
-def _in_cloud(
-    offsets: FloatArray, X_CG: FloatArray, is_cloud: NDArray[np.bool_]
-) -> FloatArray:
+def _in_cloud(offsets: FloatArray, X_CG: FloatArray, is_cloud: NDArray[np.bool_]) -> FloatArray:
     """Return where balls are from their clouds' origins, (2, m, 3), in the first cloud's frame."""
     result = offsets.copy()
     m = len(is_cloud)

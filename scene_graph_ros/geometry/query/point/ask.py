@@ -24,10 +24,10 @@ from scene_graph_ros.geometry.query.arguments import (
     checked_threads,
 )
 from scene_graph_ros.geometry.query.memo import Memo
+from scene_graph_ros.geometry.query.on_demand import on_demand
 from scene_graph_ros.geometry.query.point.answers import Answers, LARGE, new_answers
 from scene_graph_ros.geometry.query.point.batch import distance_points, distances_to_all
 from scene_graph_ros.geometry.query.point.kind_table import group_by_kind, HeldKinds, hold_kinds
-from scene_graph_ros.geometry.query.on_demand import on_demand
 from scene_graph_ros.geometry.query.results import LateColumns, PointDistances
 from scene_graph_ros.geometry.query.settings import settings_of
 

@@ -29,9 +29,7 @@ def with_clouds(scene, *clouds):
         frame = scene.graph.register_frame(scene.source, GeometryFrame(f"cloud_{k}"))
         instance = GeometryInstance(np.eye(4), cloud, f"cloud_{k}")
         instance.set_proximity_properties(ProximityProperties())
-        added.append(
-            (frame, scene.graph.register_geometry(scene.source, frame, instance))
-        )
+        added.append((frame, scene.graph.register_geometry(scene.source, frame, instance)))
     scene.context = scene.graph.create_default_context()
     scene.query = scene.graph.query_object(scene.context)
     return added
@@ -136,7 +134,9 @@ def test_answers_agree_with_each_other(make_scene):
         assert keys == sorted(keys)
         assert (int(one), int(other)) in keys
         touching = {key: d for key, d in zip(keys, distances.distance, strict=True) if d < 0.0}
-        found = dict(zip(zip(deep.id_A.tolist(), deep.id_B.tolist(), strict=True), deep.depth))
+        found = dict(
+            zip(zip(deep.id_A.tolist(), deep.id_B.tolist(), strict=True), deep.depth, strict=True)
+        )
         assert found.keys() == touching.keys()
         assert all(-found[key] == pytest.approx(touching[key], abs=EXACT) for key in found)
         near = set(zip(candidates.id_A.tolist(), candidates.id_B.tolist(), strict=True))
@@ -286,10 +286,10 @@ def test_contact_surfaces_have_none_of_clouds(make_scene):
     surfaces, points = scene.query.compute_contact_surfaces_with_fallback()
     assert len(surfaces) == 0
     assert int(cloud) in {*points.id_A, *points.id_B}
-    with pytest.raises(UnsupportedPairError, match="PointCloud 'cloud_0'.*many elements"):
-        far = np.tile(np.eye(4), (len(scene.frames) + 1, 1, 1))
-        far[1:-1, 0, 3] = np.arange(1, len(scene.frames)) * 9.0
-        scene.context.set_frame_poses(scene.source, far)
+    far = np.tile(np.eye(4), (len(scene.frames) + 1, 1, 1))
+    far[1:-1, 0, 3] = np.arange(1, len(scene.frames)) * 9.0
+    scene.context.set_frame_poses(scene.source, far)
+    with pytest.raises(UnsupportedPairError, match=r"PointCloud 'cloud_0'.*many elements"):
         scene.query.compute_contact_surfaces()
 
 

@@ -1,0 +1,109 @@
+"""Points that a sensor sends: ``sensor_msgs/PointCloud2`` to arrays, whatever its layout.
+
+The message says of itself where x, y and z are in its bytes, how wide they are and in which order.
+None of that is believed before it fits the bytes that are there.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from sensor_msgs.msg import PointCloud2, PointField
+
+from msg_adapters.errors import MessageError
+from msg_adapters.stamps import checked_stamp_from_msg
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
+
+__all__ = ["SensedPoints", "points_from_msg"]
+
+_AXES = ("x", "y", "z")
+_FLOATS = {PointField.FLOAT32: "f4", PointField.FLOAT64: "f8"}
+
+
+class SensedPoints(NamedTuple):
+    """What a sensor saw at one time."""
+
+    frame_id: str
+    """The frame in which the points are; never empty."""
+    stamp_ns: int
+    points: NDArray[np.float64]
+    """``(n, 3)`` m: those that are finite and within MAX_COORDINATE."""
+    left_out: int
+    """How many were not: a pixel that sees nothing is no point."""
+
+
+def points_from_msg(msg: PointCloud2, most: int) -> SensedPoints:
+    """Return the points of a message, copied.
+
+    Raises MessageError for a message without a frame, without x, y or z, with these of a type
+    that is no float, more than once or beyond a point's bytes, for rows that overlap or are not
+    there, and for more than ``most`` points.
+    """
+    if not msg.header.frame_id:
+        raise MessageError("PointCloud2 has no frame_id, so nobody knows where its points are")
+    stamp_ns = checked_stamp_from_msg(msg.header.stamp)
+    count = msg.width * msg.height
+    if count > most:
+        raise MessageError(f"PointCloud2 has {count} points, more than {most}")
+    kind = _point_type(msg)
+    data = np.frombuffer(msg.data, np.uint8)
+    _check_rows(msg, len(data))
+    points = np.empty((count, 3))
+    if count:
+        rows = np.ndarray(
+            (msg.height, msg.width), kind, data, strides=(msg.row_step, msg.point_step)
+        )
+        for axis, name in enumerate(_AXES):
+            points[:, axis] = rows[name].reshape(-1)
+    is_there = (np.abs(points) <= MAX_COORDINATE).all(axis=1)
+    left_out = count - int(np.count_nonzero(is_there))
+    return SensedPoints(
+        msg.header.frame_id, stamp_ns, points if not left_out else points[is_there], left_out
+    )
+
+
+def _point_type(msg: PointCloud2) -> np.dtype[np.void]:
+    """Return where x, y and z are in the bytes of a point."""
+    order, offsets, kinds = ">" if msg.is_bigendian else "<", [], []
+    for name in _AXES:
+        fields = [field for field in msg.fields if field.name == name]
+        if len(fields) != 1:
+            named = [field.name for field in msg.fields]
+            found = f"has {len(fields)} fields {name!r}" if fields else f"has no field {name!r}"
+            raise MessageError(f"PointCloud2 {found}, only {quoted(named)}")
+        (field,) = fields
+        if field.datatype not in _FLOATS or field.count > 1:
+            raise MessageError(
+                f"PointCloud2 field {name!r} must be one FLOAT32 or FLOAT64, not {field.count} of"
+                f" datatype {field.datatype}"
+            )
+        kinds.append(order + _FLOATS[field.datatype])
+        offsets.append(field.offset)
+    for name, offset, kind in zip(_AXES, offsets, kinds, strict=True):
+        if offset + np.dtype(kind).itemsize > msg.point_step:
+            raise MessageError(
+                f"PointCloud2 field {name!r} ends behind a point's {msg.point_step} bytes"
+            )
+    return np.dtype(
+        {"names": _AXES, "formats": kinds, "offsets": offsets, "itemsize": msg.point_step}
+    )
+
+
+def _check_rows(msg: PointCloud2, size: int) -> None:
+    """Raise MessageError unless all rows are in the data, one behind the other."""
+    if msg.width * msg.point_step > msg.row_step and msg.height > 1:
+        raise MessageError(
+            f"PointCloud2 row_step {msg.row_step} is less than {msg.width} points of"
+            f" {msg.point_step} bytes"
+        )
+    if not msg.width or not msg.height:
+        return
+    needed = (msg.height - 1) * msg.row_step + msg.width * msg.point_step
+    if needed > size:
+        raise MessageError(
+            f"PointCloud2 data has {size} bytes, {msg.height} rows of {msg.width} points take"
+            f" {needed}"
+        )
