@@ -160,6 +160,7 @@ EDITS: dict[str, Edit] = {
     "remove transient": lambda w: w.graph.collision_filter_manager(w.target).remove_declaration(
         w.filter_id
     ),
+    "flatten filters": lambda w: w.graph.collision_filter_manager(w.target).flatten(),
     "add renderer": lambda w: w.graph.add_renderer("new", Renderer(), context=w.target),
     "remove renderer": lambda w: w.graph.remove_renderer("first", context=w.target),
     "set accuracy": lambda w: w.graph.set_accuracy("quick", context=w.target),
