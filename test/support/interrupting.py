@@ -8,6 +8,9 @@ which the interpreter looks at only between some of them.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from concurrent.futures import _base as futures_base
+from concurrent.futures import thread as futures_thread
+import queue
 import random
 import signal
 import sys
@@ -18,6 +21,9 @@ from typing import Any
 from searching import times
 
 __all__ = ["SAMPLE", "instruction_count", "interrupted_at", "places", "signalled_at"]
+
+_WITH_LOCKS = {threading.__file__, futures_thread.__file__, futures_base.__file__, queue.__file__}
+"""Modules of the standard library that hold locks."""
 
 _SOON = 2e-6
 """s: as long as some instructions take."""
@@ -39,7 +45,7 @@ class _Tracer:
         No signal comes between a lock and the block after ``with``; were one raised there, the
         process could start no thread any more.
         """
-        if frame.f_code.co_filename == threading.__file__:
+        if frame.f_code.co_filename in _WITH_LOCKS:
             return None
         frame.f_trace_opcodes, frame.f_trace_lines = True, False
         return self.step
