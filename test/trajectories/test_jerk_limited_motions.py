@@ -14,7 +14,7 @@ from scene_graph_ros.trajectories.jerk_limited import sample_jerk_limited
 
 @pytest.mark.parametrize(("seed", "best"), [(0, 2.0597), (1, 1.4879), (2, 1.9250)])
 def test_a_curve_takes_hardly_longer_than_the_best_motion(seed, best):
-    """IPOPT's with 150 or 60 jerks, which may be too fast between: `benchmarks.jerk_limited_optimum`.
+    """IPOPT may be too fast between 150 or 60 jerks: `benchmarks.jerk_limited_optimum`.
 
     Ours is within all limits at all times.
     """
