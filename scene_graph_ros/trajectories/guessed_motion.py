@@ -99,7 +99,8 @@ def guessed_motion(
     if any(start) or any(end):
         # What must not change at an end can't be slowed down, so the rest is within the limits.
         states = _within(path, states, limits)
-        largest = float((limits.jerks / _largest_rates(path)).min())
+        with np.errstate(over="ignore"):
+            largest = float((limits.jerks / _largest_rates(path)).min())
         if any(start):
             states = _eased(states, start, largest)
         if any(end):

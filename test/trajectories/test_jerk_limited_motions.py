@@ -4,13 +4,17 @@ import numpy as np
 import pytest
 
 from benchmarks.jerk_limited_optimum import curve_of
-from scene_graph_ros.planning.trajectories import find_excess, MotionLimits, PiecewisePolynomial
+from scene_graph_ros.planning.trajectories import (
+    find_excess,
+    MotionLimits,
+    PiecewisePolynomial,
+)
 from scene_graph_ros.trajectories.jerk_limited import sample_jerk_limited
 
 
 @pytest.mark.parametrize(("seed", "best"), [(0, 2.0597), (1, 1.4879), (2, 1.9250)])
 def test_a_curve_takes_hardly_longer_than_the_best_motion(seed, best):
-    """IPOPT's with 150 or 60 jerks, by `benchmarks.jerk_limited_optimum`, which may be too fast between.
+    """IPOPT may be too fast between 150 or 60 jerks: `benchmarks.jerk_limited_optimum`.
 
     Ours is within all limits at all times.
     """
