@@ -1,12 +1,12 @@
 """How far a tool is from its way at most, while joints go straight between two points of it.
 
-Along a straight edge of a chain the tool's origin p has ``p'' = sum over i, j of v_i v_j times
-the second derivative``, where v is the edge. Of two joints that turn, i before j, the latter is ``a_i x
-(a_j x (p - o_j))``, at most the distance from joint j to the tool; of one that turns and a later
-one that slides at most 1; and all others are zero. A curve is off its chord by at most an eighth
-of the largest ``|p''|``. Likewise the angular velocity changes by at most ``|v_i v_j|``, summed
-over pairs i < j of joints that turn; so the turn is off the one at constant velocity by an eighth
-of that, and that off the turn from end to end by as much, and a little more as geodesics of
+Along a straight edge v of a chain the tool's origin p has ``p'' = sum over i, j of v_i v_j d_ij``,
+with its second derivatives d. That of two joints that turn, i before j, is ``a_i x (a_j x (p -
+o_j))``: at most the distance from joint j to the tool. That of one that turns and a later one that
+slides is at most 1, and all others are zero. A curve is off its chord by at most an eighth of the
+largest second derivative. Likewise the angular velocity changes by at most ``|v_i v_j|``, summed
+over pairs i < j of joints that turn. So the turn is off the one at constant velocity by an eighth
+of that, and that is off the turn from end to end by as much, or a little more, as geodesics of
 rotations are not parallel: less than 4 % for turns of at most half a radian.
 """
 
