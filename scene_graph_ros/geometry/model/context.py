@@ -235,7 +235,7 @@ class Context(ModelOwner):
             if is_of(value, state.geometries.get(geometry_id))
         }
         self._moment = moment._replace(
-            configurations=known | accepted, pose_version=next(_pose_versions)
+            configurations={**known, **accepted}, pose_version=next(_pose_versions)
         )
 
     def configuration(self, geometry_id: GeometryId) -> NDArray[np.float64]:

@@ -64,7 +64,7 @@ class PlacedPoints(NamedTuple):
     """A tree and where its arrays are."""
 
     tree: PointTree
-    count: int
+    count: int  # type: ignore[assignment]
     """How many points there are."""
     places: Any
     """What ``borrowed_points`` takes; right as long as the tree lives."""
@@ -237,7 +237,7 @@ def _fill(points, radii, order, tree):
 def _new_tree(n: int, radii: FloatArray) -> PointTree:
     """Return a tree for n points without anything in it but how it is laid out."""
     leaves = -(-n // LANES)
-    counts = []
+    counts: list[int] = []
     below = leaves
     while below > 1 or (below == 1 and not counts):
         below = -(-below // LANES)

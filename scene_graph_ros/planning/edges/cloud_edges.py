@@ -26,8 +26,8 @@ from scene_graph_ros.planning.pairs.cloud_kernels import (
     joined_box,
     place_in_cloud,
 )
-from scene_graph_ros.planning.pairs.cloud_pairs import CloudScratch
 from scene_graph_ros.planning.pairs.cloud_scan import any_near
+from scene_graph_ros.planning.pairs.cloud_tables import CloudScratch
 from scene_graph_ros.robots.tree_kernels import LANES
 
 __all__ = ["MOST_WAITING", "CloudEdgeScratch", "prove_clouds"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,7 +64,7 @@ def prove(
     result = EdgeProofs(np.empty(n, np.int64), np.empty((n, 4)), np.empty(n, np.int64))
     flag = new_stop() if stop is None else stop
 
-    def prove_all(one: CheckerPlan, some: NDArray[np.float64], to: EdgeProofs) -> None:
+    def prove_all(one: CheckerPlan, some: NDArray[np.float64], to: Any) -> None:
         own = edge_scratch(one) if scratch is None or one is not plan else scratch
         prove_edges(one.checked, some, rules, flag, EdgeProofs(*to), own)
 

@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.planning.pairs.checker_plan import CheckerPlan
 from scene_graph_ros.planning.pairs.cloud_grid import count_points
+from scene_graph_ros.planning.pairs.cloud_tables import CloudScratch, CloudTable
 from scene_graph_ros.robots.tree_kernels import LANES
 
-__all__ = ["CloudScratch", "CloudTable", "SplitPlan", "new_scratch", "split_of"]
+__all__ = ["SplitPlan", "new_scratch", "split_of"]
 
 _SLACK = 1e-13
 """Of all lengths that are added: more than rounding moves points by."""
@@ -27,46 +28,6 @@ _GROUP = 1.3
 
 _KEPT = 4
 """Plans whose pairs are kept apart."""
-
-
-class CloudTable(NamedTuple):
-    """What kernels read of m pairs of a robot's body and a cloud that does not move."""
-
-    pairs: np.ndarray
-    """``(m,)``: rows of the plan's pairs."""
-    bodies: np.ndarray
-    """``(m,)``: the robot's."""
-    paddings: np.ndarray
-    """``(m,)`` metres."""
-    touching: np.ndarray
-    """``(m,)`` metres."""
-    groups: np.ndarray
-    """``(g, 2)``: the first pair of bodies that are near to each other, and the one after them."""
-    clouds: np.ndarray
-    """``(c, 3)``: which cloud, its first group and the one after its last."""
-    X_CW: np.ndarray
-    """``(c, 3, 4)``: W in each cloud's frame."""
-    X_WC: np.ndarray
-    """``(c, 3, 4)``."""
-    slacks: np.ndarray
-    """``(c,)`` metres: what rounding is allowed."""
-    counts: np.ndarray
-    """``(c, (CELLS + 1)^3)``: of each cloud's grid."""
-    plane_starts: np.ndarray
-    """``(r + 1,)``: where the planes of each of the robots' bodies begin; none: its box is all."""
-    planes: np.ndarray
-    """``(p, 4)``: unit normals in G, out of the body, and how far out the plane is, m."""
-
-
-class CloudScratch(NamedTuple):
-    """What one thread writes to."""
-
-    X_CG: np.ndarray
-    """``(r, 12, LANES)``: the robots' bodies in a cloud's frame."""
-    boxes: np.ndarray
-    """``(r, 6, LANES)``: centres and half extents there of boxes around them."""
-    guesses: np.ndarray
-    """``(r,)``: the plane of each that separated it from points last."""
 
 
 class SplitPlan(NamedTuple):

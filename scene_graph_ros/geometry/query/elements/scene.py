@@ -76,7 +76,7 @@ class Clouds(NamedTuple):
         lower, upper = self.boxes()
         if margin == np.inf:
             has_points = np.isfinite(lower).all(axis=1)
-            near = has_points & has_points[:, np.newaxis]
+            near: NDArray[np.bool_] = np.logical_and.outer(has_points, has_points)
         else:
             near = (lower <= upper[:, np.newaxis] + margin).all(axis=2)
             near &= near.T

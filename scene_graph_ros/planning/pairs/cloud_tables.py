@@ -1,0 +1,49 @@
+"""What kernels read, and write to, of robots' bodies among clouds that do not move."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+__all__ = ["CloudScratch", "CloudTable"]
+
+
+class CloudTable(NamedTuple):
+    """What kernels read of m pairs of a robot's body and a cloud that does not move."""
+
+    pairs: np.ndarray
+    """``(m,)``: rows of the plan's pairs."""
+    bodies: np.ndarray
+    """``(m,)``: the robot's."""
+    paddings: np.ndarray
+    """``(m,)`` metres."""
+    touching: np.ndarray
+    """``(m,)`` metres."""
+    groups: np.ndarray
+    """``(g, 2)``: the first pair of bodies that are near to each other, and the one after them."""
+    clouds: np.ndarray
+    """``(c, 3)``: which cloud, its first group and the one after its last."""
+    X_CW: np.ndarray
+    """``(c, 3, 4)``: W in each cloud's frame."""
+    X_WC: np.ndarray
+    """``(c, 3, 4)``."""
+    slacks: np.ndarray
+    """``(c,)`` metres: what rounding is allowed."""
+    counts: np.ndarray
+    """``(c, (CELLS + 1)^3)``: of each cloud's grid."""
+    plane_starts: np.ndarray
+    """``(r + 1,)``: where the planes of each of the robots' bodies begin; none: its box is all."""
+    planes: np.ndarray
+    """``(p, 4)``: unit normals in G, out of the body, and how far out the plane is, m."""
+
+
+class CloudScratch(NamedTuple):
+    """What one thread writes to."""
+
+    X_CG: np.ndarray
+    """``(r, 12, LANES)``: the robots' bodies in a cloud's frame."""
+    boxes: np.ndarray
+    """``(r, 6, LANES)``: centres and half extents there of boxes around them."""
+    guesses: np.ndarray
+    """``(r,)``: the plane of each that separated it from points last."""
