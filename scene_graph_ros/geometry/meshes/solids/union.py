@@ -120,7 +120,7 @@ def _counted(united: United, piece: _Piece, middle: FloatArray) -> United:
     crossings, slit = united.crossings, united.slit
     if piece.crossing is not None:
         crossings = (*crossings, piece.crossing + middle)
-    if slit is None and piece.slits:
+    if slit is None and piece.slit is not None and piece.slits:
         slit = piece.slit + middle
     return united._replace(
         cavities=united.cavities + piece.cavities,
