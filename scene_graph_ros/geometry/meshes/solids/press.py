@@ -16,7 +16,16 @@ from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.bvh import build_bvh, traversal_stack
 from scene_graph_ros.geometry.spatial.vectors import cross, dot, load_vector, norm, subtract
 
-__all__ = ["Pressed", "pressed_together"]
+__all__ = [
+    "PRESSED",
+    "SHARED",
+    "TOUCHING",
+    "Pressed",
+    "gap_between",
+    "moved",
+    "pressed_together",
+    "unit_normals",
+]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -24,10 +33,10 @@ IntArray = NDArray[np.int64]
 PRESSED = 1e-12
 """Relative to the size: how far touching faces are moved."""
 
-_TOUCHING = 5e-14
+TOUCHING = 5e-14
 """Relative to the size: the least gap, what rounding makes of faces that touch."""
 
-_SHARED = 1e-9
+SHARED = 1e-9
 """Relative to the size: triangles that overlap by less in their plane share an edge at most."""
 
 _FACING = -0.99
@@ -80,7 +89,7 @@ def _is_beside(vertices, triangles, normals, t, s, shared):
 
 
 @lean_kernel
-def _gap(vertices, triangles, normals, t, s, least, most, shared):
+def gap_between(vertices, triangles, normals, t, s, least, most, shared):
     """Return how far two triangles are apart that face each other within a gap, else -inf.
 
     Heights are linear where the triangles overlap, so the corners of either bound the gap there.
@@ -128,7 +137,7 @@ def _gaps(vertices, triangles, part, normals, lower, upper, tree, least, most, s
                 s = order[slot]
                 if s <= t or part[s] == part[t]:
                     continue
-                gap = _gap(vertices, triangles, normals, t, s, least, most, shared)
+                gap = gap_between(vertices, triangles, normals, t, s, least, most, shared)
                 gaps[t], gaps[s] = max(gaps[t], gap), max(gaps[s], gap)
                 pairs += gap > -least
     return gaps, pairs
@@ -144,42 +153,48 @@ def pressed_together(
     """
     corners = vertices[triangles]
     size = float(np.abs(corners).max())
-    most = max(tolerance, _TOUCHING * size)
+    most = max(tolerance, TOUCHING * size)
     lower, upper = corners.min(axis=1), corners.max(axis=1)
     tree: tuple[Any, ...] = build_bvh(lower - most, upper + most)
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    length = np.linalg.norm(normals, axis=1)
-    normals /= np.where(length > 0.0, length, 1.0)[:, None]
+    normals = unit_normals(corners)
     by = PRESSED * size
     # What overlaps by as much as pressing leaves needs none.
     least = -2.0 * by
     arrays = (np.array(a, order="C") for a in (vertices, triangles, part, normals, lower, upper))
-    gaps, slits = _gaps(*arrays, tree, least, most, _SHARED * size)
+    gaps, slits = _gaps(*arrays, tree, least, most, SHARED * size)
     rows = np.flatnonzero(gaps >= least)
     if not len(rows):
         return Pressed(vertices, 0, vertices[:0])
     steps = 0.5 * np.maximum(gaps[rows], 0.0) + by
-    moved = _moved(vertices, triangles[rows], normals[rows], steps)
-    return Pressed(moved, slits, vertices[triangles[gaps.argmax(), 0]])
+    at = moved(vertices, triangles[rows], normals[rows], steps)
+    return Pressed(at, slits, vertices[triangles[gaps.argmax(), 0]])
 
 
-def _moved(
+def unit_normals(corners: FloatArray) -> FloatArray:
+    """Return the normals (m, 3) of triangles (m, 3, 3), 0 of those without area."""
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(normals, axis=1)
+    return np.asarray(normals / np.where(length > 0.0, length, 1.0)[:, None])
+
+
+def moved(
     vertices: FloatArray, triangles: IntArray, normals: FloatArray, steps: FloatArray
 ) -> FloatArray:
     """Return vertices (v, 3) such that triangles (k, 3) are moved along their normals (k, 3).
 
-    Each is moved by its step (k,), or more where it has a corner in common with others.
+    Each is moved by its step (k,), or more where it has a corner in common with others; by a
+    negative step inwards.
     """
     used, at = np.unique(triangles.reshape(-1), return_inverse=True)
     at = at.reshape(-1)
     along, step = np.repeat(normals, 3, axis=0), np.repeat(steps, 3)
     most = np.zeros(len(used))
-    np.maximum.at(most, at, step)
+    np.maximum.at(most, at, np.abs(step))
     # Least squares: of a corner's planes those of one face count as one.
     matrices = np.zeros((len(used), 3, 3))
     np.add.at(matrices, at, along[:, :, None] * along[:, None, :])
     sums = np.zeros((len(used), 3))
-    np.add.at(sums, at, along)
+    np.add.at(sums, at, np.sign(step)[:, None] * along)
     inverse = np.linalg.pinv(matrices, rcond=_ONE_PLANE, hermitian=True)
     result = vertices.copy()
     result[used] += np.einsum("kij,kj->ki", inverse, sums) * most[:, None]

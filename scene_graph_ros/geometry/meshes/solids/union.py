@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.meshes.distinct_rows import used_indices
 from scene_graph_ros.geometry.meshes.solids.cavities import cavities_among, may_have_cavities, Part
 from scene_graph_ros.geometry.meshes.solids.crossings import first_crossing
+from scene_graph_ros.geometry.meshes.solids.folds import unfolded
 from scene_graph_ros.geometry.meshes.solids.overlaps import groups_of_boxes
 from scene_graph_ros.geometry.meshes.solids.pairing import with_pairs_apart
 from scene_graph_ros.geometry.meshes.solids.parts import Parts
@@ -222,7 +223,7 @@ def _about(
 
 def _resolved_group(points: FloatArray, oriented: IntArray) -> tuple[FloatArray, IntArray]:
     """Return the boundary of what triangles wind around, by cutting them where they cross."""
-    found = resolved(points, oriented)
+    found = resolved(unfolded(points, oriented), oriented)
     if found is None:
         raise _NotUnitedError("parts can't be united: where they cross, they do not close")
     united = found[0], without_short_edges(*found)
