@@ -15,6 +15,7 @@ from scene_graph_ros.geometry.meshes.solids.press import (
     TOUCHING,
     unit_normals,
 )
+from scene_graph_ros.geometry.meshes.triangle_boxes import triangle_boxes
 from scene_graph_ros.geometry.spatial.vectors import axpy, cross, dot, load_vector, norm, subtract
 
 __all__ = ["first_crossing"]
@@ -170,8 +171,7 @@ def first_crossing(
     if not len(triangles):
         return None
     if boxes is None:
-        corners = vertices[triangles]
-        boxes = corners.min(axis=1), corners.max(axis=1)
+        boxes = triangle_boxes(vertices, triangles)
     lower, upper = boxes
     tree = build_bvh(lower, upper) if tree is None else tree
     size = float((upper.max(axis=0) - lower.min(axis=0)).max())

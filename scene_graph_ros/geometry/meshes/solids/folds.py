@@ -24,6 +24,7 @@ from scene_graph_ros.geometry.meshes.solids.press import (
     unit_normals,
 )
 from scene_graph_ros.geometry.meshes.solids.winding import winding_numbers
+from scene_graph_ros.geometry.meshes.triangle_boxes import triangle_boxes
 
 __all__ = ["unfolded"]
 
@@ -75,7 +76,7 @@ def unfolded(vertices: FloatArray, triangles: IntArray) -> FloatArray:
     corners = vertices[triangles]
     size = float(np.abs(corners).max())
     normals = unit_normals(corners)
-    lower, upper, flat = corners.min(axis=1), corners.max(axis=1), TOUCHING * size
+    (lower, upper), flat = triangle_boxes(vertices, triangles), TOUCHING * size
     tree: tuple[Any, ...] = build_bvh(lower - flat, upper + flat)
     arrays = (np.array(a, order="C") for a in (vertices, triangles, normals, lower, upper))
     pairs = _folds(*arrays, tree, flat, SHARED * size)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.bvh import build_bvh, traversal_stack
+from scene_graph_ros.geometry.meshes.triangle_boxes import triangle_boxes
 from scene_graph_ros.geometry.spatial.vectors import cross, dot, load_vector, norm, subtract
 
 __all__ = ["DegenerateError", "Piercings", "piercings"]
@@ -157,11 +158,10 @@ def piercings(vertices: FloatArray, triangles: IntArray) -> Piercings:
         DegenerateError: the position is not general: four points of two triangles are in a plane.
 
     """
-    corners = vertices[triangles]
-    lower, upper = corners.min(axis=1), corners.max(axis=1)
+    lower, upper = triangle_boxes(vertices, triangles)
     tree: tuple[Any, ...] = build_bvh(lower, upper)
     arrays = (np.array(a, order="C") for a in (vertices, triangles, lower, upper))
-    pairs = _candidates(*arrays, tree, float(np.abs(corners).max(initial=0.0)))
+    pairs = _candidates(*arrays, tree, float(np.abs(vertices[triangles]).max(initial=0.0)))
     both = np.concatenate([pairs, pairs[:, ::-1]])
     owner, through = both[:, 0], both[:, 1]
     # On which side of the other's plane each corner is, and 0 for a corner of the other.

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.bvh import build_bvh, traversal_stack
+from scene_graph_ros.geometry.meshes.triangle_boxes import triangle_boxes
 from scene_graph_ros.geometry.spatial.vectors import cross, dot, load_vector, norm, subtract
 
 __all__ = [
@@ -154,7 +155,7 @@ def pressed_together(
     corners = vertices[triangles]
     size = float(np.abs(corners).max())
     most = max(tolerance, TOUCHING * size)
-    lower, upper = corners.min(axis=1), corners.max(axis=1)
+    lower, upper = triangle_boxes(vertices, triangles)
     tree: tuple[Any, ...] = build_bvh(lower - most, upper + most)
     normals = unit_normals(corners)
     by = PRESSED * size
