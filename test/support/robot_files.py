@@ -6,7 +6,7 @@ import importlib.util
 from pathlib import Path
 
 import numpy as np
-from winding_truth import is_inside, raw_parts, solid_angles
+from winding_truth import is_inside, raw_parts, solid_angles, without_pairs
 
 __all__ = ["disagreements", "robot_meshes", "truth"]
 
@@ -87,10 +87,17 @@ def hollow_parts(parts):
 def truth(vertices, triangles, points, report):
     """Return whether points are inside by the definition, or None where it says nothing.
 
-    That is so for sheets, and for repaired files whose triangles as written wind around nothing.
+    That is so for sheets, and where parts can't be told: where edges of more than two triangles,
+    none doubled, leave parts that wind around points by fractions, and the file's triangles as
+    written do so too, or some of them run against the others.
     """
     parts = raw_parts(vertices, triangles)
     if parts.is_whole:
+        return is_inside(points, parts, hollow_parts(parts))
+    # Parts that touch at edges are told by edges of two, once doubled triangles are gone.
+    parts = raw_parts(vertices, without_pairs(vertices, triangles))
+    numbers = [solid_angles(points, parts.vertices, part) for part in parts.triangles]
+    if all(is_clear(number) for number in numbers):
         return is_inside(points, parts, hollow_parts(parts))
     is_turned = any(repair.kind == "triangles turned" for repair in report.repairs)
     if is_turned or not report.is_closed:
@@ -98,8 +105,12 @@ def truth(vertices, triangles, points, report):
     numbers = solid_angles(points, vertices, triangles)
     a, b, c = (vertices[triangles[:, k]] - vertices[triangles[0, 0]] for k in range(3))
     numbers *= np.sign(np.einsum("ij,ij->", a, np.cross(b, c)))
-    is_clear = np.abs(numbers - np.round(numbers)).max() < 0.02 and numbers.min() > -0.5
-    return numbers > 0.5 if is_clear else None
+    return numbers > 0.5 if is_clear(numbers) and numbers.min() > -0.5 else None
+
+
+def is_clear(numbers):
+    """Tell whether winding numbers are whole, so that what winds is closed."""
+    return np.abs(numbers - np.round(numbers)).max() < 0.02
 
 
 def disagreements(rng, surface, vertices, triangles, signed_distance):

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
-__all__ = ["RawParts", "is_inside", "raw_parts", "solid_angles"]
+__all__ = ["RawParts", "is_inside", "raw_parts", "solid_angles", "without_pairs"]
 
 CHUNK = 50_000
 """Pairs of points and triangles that are computed at a time."""
@@ -83,6 +83,14 @@ def raw_parts(vertices, triangles):
         share = (part == given[label == k]).all(axis=1).mean()
         outwards.append(int(share >= 0.9) - int(share <= 0.1))
     return RawParts(points, parts, outwards, bool((counts == 2).all()))
+
+
+def without_pairs(vertices, triangles):
+    """Leave out triangles with the same corners in pairs: they bound nothing, or a common wall."""
+    _, inverse = np.unique(vertices + 0.0, axis=0, return_inverse=True)
+    rows = np.sort(inverse.reshape(-1)[triangles], axis=1)
+    found = np.unique(rows, axis=0, return_index=True, return_counts=True)
+    return triangles[np.sort(found[1][found[2] % 2 == 1])]
 
 
 def is_inside(points, parts, hollow=()):

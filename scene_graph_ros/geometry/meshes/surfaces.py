@@ -17,6 +17,7 @@ from scene_graph_ros.geometry.meshes.bvh import build_bvh
 from scene_graph_ros.geometry.meshes.hull import Hull, triangles_of_hull
 from scene_graph_ros.geometry.meshes.solids.half_edges import Edges, edges_of, mates_of
 from scene_graph_ros.geometry.meshes.solids.mesh_report import MeshReport
+from scene_graph_ros.geometry.meshes.triangle_boxes import triangle_boxes
 from scene_graph_ros.geometry.shapes.mesh_shape import REPAIR_TOLERANCE
 from scene_graph_ros.geometry.spatial.elementary import arc_tangents
 from scene_graph_ros.geometry.tolerances import CONVEX_VOLUME, DEGENERATE_TRIANGLE
@@ -147,8 +148,7 @@ def _surface_of(solid: Solid, name: str) -> tuple[Surface, Boxes]:
     at_edges = _edge_pseudonormals(vertices, triangles, normals, has_area, edges)
     triangles = np.ascontiguousarray(triangles[has_area])
     part, solid_parts = _parts_left(solid.part, has_area, solid.solid_parts)
-    corners = vertices[triangles]
-    boxes = corners.min(axis=1), corners.max(axis=1)
+    boxes = triangle_boxes(vertices, triangles)
     lower, upper, left, right, order = build_bvh(*boxes)
     surface = Surface(
         vertices=vertices,

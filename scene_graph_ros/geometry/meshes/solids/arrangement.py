@@ -7,13 +7,14 @@ polygons that meet have the same points in common, also where triangles cross in
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.meshes.solids.exact_points import ascending, Edge, ExactPoints
-from scene_graph_ros.geometry.meshes.solids.piercing import DegenerateError, piercings
+from scene_graph_ros.geometry.meshes.solids.piercing import DegenerateError, Piercings, piercings
 
 __all__ = ["Arrangement", "arrangement"]
 
@@ -56,8 +57,12 @@ def arrangement(vertices: FloatArray, triangles: IntArray) -> Arrangement:
         DegenerateError: the position is not general.
 
     """
-    points = ExactPoints(vertices, triangles)
-    crossing = _segments(points, vertices, triangles)
+    found = piercings(vertices, triangles)
+    is_end = np.zeros(len(vertices), dtype=bool)
+    is_end[triangles[found.through]] = is_end[triangles[found.owner]] = True
+    # What has an edge in common with those that cross.
+    points = ExactPoints(vertices, triangles, np.flatnonzero(is_end[triangles].sum(axis=1) > 1))
+    crossing = _segments(points, found)
     pieces = {t: _cut(points, t, others) for t, others in crossing.items()}
     for edge in list(points.on_edge):
         for t in points.owners[edge]:
@@ -71,12 +76,9 @@ def arrangement(vertices: FloatArray, triangles: IntArray) -> Arrangement:
     return Arrangement(np.array(points.at), polygons, np.array(source, dtype=np.int64), is_front)
 
 
-def _segments(
-    points: ExactPoints, vertices: FloatArray, triangles: IntArray
-) -> dict[int, dict[int, tuple[int, int]]]:
+def _segments(points: ExactPoints, found: Piercings) -> dict[int, dict[int, tuple[int, int]]]:
     """Return for each triangle that others cross, from where to where each of them does."""
     ends: dict[Edge, set[int]] = defaultdict(set)
-    found = piercings(vertices, triangles)
     for (u, v), t, owner in zip(*(a.tolist() for a in found), strict=True):
         ends[ascending(t, owner)].add(points.on_edge_and_plane((u, v), t))
     result: dict[int, dict[int, tuple[int, int]]] = defaultdict(dict)
@@ -96,12 +98,49 @@ def _whole(row: list[int]) -> _Piece:
 def _cut(points: ExactPoints, t: int, others: dict[int, tuple[int, int]]) -> list[_Piece]:
     """Return a triangle cut along others, each as far as it reaches."""
     pieces = [_whole(points.rows[t])]
+    boxes = _Boxes(points)
+    boxes.append(pieces[0])
     for other, ends in others.items():
-        result: list[_Piece] = []
-        for piece in pieces:
-            result += _halves(points, t, piece, other, ends)
-        pieces = result
+        for k in boxes.meeting(ends):
+            halves = _halves(points, t, pieces[k], other, ends)
+            if len(halves) == 2:
+                pieces[k] = halves[0]
+                boxes.put(k, halves[0])
+                pieces.append(halves[1])
+                boxes.append(halves[1])
     return pieces
+
+
+class _Boxes:
+    """The boxes around the pieces of a triangle, so that few are looked at for each segment."""
+
+    def __init__(self, points: ExactPoints) -> None:
+        self._points = points
+        self._bounds = np.empty((16, 6))
+        self._count = 0
+
+    def append(self, piece: _Piece) -> None:
+        if self._count == len(self._bounds):
+            self._bounds = np.concatenate([self._bounds, np.empty_like(self._bounds)])
+        self._count += 1
+        self.put(self._count - 1, piece)
+
+    def put(self, k: int, piece: _Piece) -> None:
+        """Say what the piece k is now."""
+        self._bounds[k] = self._bounds_of([point for point, _ in piece.sides])
+
+    def meeting(self, rows: Sequence[int]) -> list[int]:
+        """Return the pieces whose boxes come within rounding of the box around some points."""
+        bounds = self._bounds_of(rows)
+        slack = self._points.slack
+        # The negated upper corners are behind the lower ones.
+        upper = np.concatenate([-bounds[3:], -bounds[:3]])
+        meets = (self._bounds[: self._count] <= upper + slack).all(axis=1)
+        return np.flatnonzero(meets).tolist()
+
+    def _bounds_of(self, rows: Sequence[int]) -> FloatArray:
+        x, y, z = zip(*(self._points.at[row] for row in rows), strict=True)
+        return np.array([min(x), min(y), min(z), -max(x), -max(y), -max(z)])
 
 
 def _halves(
@@ -126,6 +165,8 @@ def _halves(
     if not _overlap(points, (chord[0][1], chord[1][1]), ends):
         return [piece]
     result = []
+    for _, point in chord:
+        points.make_corner(point)
     for start, end in (chord, chord[::-1]):
         corner = (start[0] + 1) % len(sides)
         is_front = {**piece.is_front, other: heights[corner] > 0.0}

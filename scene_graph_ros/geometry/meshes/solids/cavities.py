@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.meshes.solids.winding import winding_numbers
 
-__all__ = ["Part", "cavities_among"]
+__all__ = ["Part", "cavities_among", "may_have_cavities"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -37,10 +37,16 @@ class Part(NamedTuple):
     upper: FloatArray
 
 
+def may_have_cavities(members: list[Part]) -> bool:
+    """Tell whether any part runs against another one in the file."""
+    return {1, -1} <= {part.runs_outwards for part in members}
+
+
 def cavities_among(vertices: FloatArray, members: list[Part], bodies: Sequence[Any]) -> list[bool]:
-    """Tell which parts are inside of an odd number of others and run against the smallest."""
-    if not {1, -1} <= {part.runs_outwards for part in members}:
-        return [False] * len(members)
+    """Tell which parts are inside of an odd number of others and run against the smallest.
+
+    ``bodies`` are the parts for ``manifold3d``, with None for those that it refuses.
+    """
     around: list[list[int]] = [[] for _ in members]
     lower = np.array([part.lower for part in members])
     upper = np.array([part.upper for part in members])

@@ -9,6 +9,13 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.bvh import build_bvh, traversal_stack
+from scene_graph_ros.geometry.meshes.solids.press import (
+    gap_between,
+    SHARED,
+    TOUCHING,
+    unit_normals,
+)
+from scene_graph_ros.geometry.meshes.triangle_boxes import triangle_boxes
 from scene_graph_ros.geometry.spatial.vectors import axpy, cross, dot, load_vector, norm, subtract
 
 __all__ = ["first_crossing"]
@@ -68,8 +75,11 @@ def _pierced(vertices, triangles, t, s, slack):
 
 
 @lean_kernel
-def _cross(vertices, triangles, t, s, slack):
-    """Return (crosses, x) of two triangles; those with an edge in common can't cross."""
+def _cross(vertices, triangles, normals, t, s, size):
+    """Return (crosses, x) of two triangles; those with an edge in common can only fold."""
+    flat, slack = TOUCHING * size, _DEEP * size
+    if gap_between(vertices, triangles, normals, t, s, -flat, flat, SHARED * size) >= -flat:
+        return True, load_vector(vertices, triangles[s, 0])
     shared = 0
     for k in range(3):
         for m in range(3):
@@ -92,7 +102,7 @@ def _meets(i, j, lower, upper):
 
 
 @lean_kernel
-def _leaves_cross(vertices, triangles, lower, upper, tree, i, j, slack):
+def _leaves_cross(vertices, triangles, normals, lower, upper, tree, i, j, size):
     """Return (crosses, x) of the triangles of two leaves, or of one with itself."""
     _, _, left, right, order = tree
     for one in range(-1 - left[i], -1 - left[i] + right[i]):
@@ -100,14 +110,15 @@ def _leaves_cross(vertices, triangles, lower, upper, tree, i, j, slack):
             if i == j and other <= one:
                 continue
             if _meets(order[one], order[other], lower, upper):
-                crosses, x = _cross(vertices, triangles, order[one], order[other], slack)
+                t, s = order[one], order[other]
+                crosses, x = _cross(vertices, triangles, normals, t, s, size)
                 if crosses:
                     return True, x
     return False, (0.0, 0.0, 0.0)
 
 
 @kernel
-def _first(vertices, triangles, lower, upper, tree, slack):
+def _first(vertices, triangles, normals, lower, upper, tree, size):
     """Return (found, point) of the first two triangles, in the order of a walk, that cross."""
     node_lower, node_upper, left, right, _ = tree
     ones, others = traversal_stack(), traversal_stack()
@@ -122,7 +133,9 @@ def _first(vertices, triangles, lower, upper, tree, slack):
             if not _meets(i, j, node_lower, node_upper):
                 continue
             if left[i] < 0 and left[j] < 0:
-                crosses, x = _leaves_cross(vertices, triangles, lower, upper, tree, i, j, slack)
+                crosses, x = _leaves_cross(
+                    vertices, triangles, normals, lower, upper, tree, i, j, size
+                )
                 if crosses:
                     point[0], point[1], point[2] = x
                     return True, point
@@ -143,7 +156,10 @@ def first_crossing(
     boxes: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
     tree: tuple[Any, ...] | None = None,
 ) -> NDArray[np.float64] | None:
-    """Return a point (3,) where an edge passes through another triangle, or None.
+    """Return a point (3,) where a triangle passes through another one, or lies on it, or None.
+
+    Triangles lie on each other where a surface is folded flat, so that it has nothing between its
+    sides: near it neither the one nor the other normal tells what is inside.
 
     Args:
         vertices: (v, 3).
@@ -155,11 +171,10 @@ def first_crossing(
     if not len(triangles):
         return None
     if boxes is None:
-        corners = vertices[triangles]
-        boxes = corners.min(axis=1), corners.max(axis=1)
+        boxes = triangle_boxes(vertices, triangles)
     lower, upper = boxes
     tree = build_bvh(lower, upper) if tree is None else tree
     size = float((upper.max(axis=0) - lower.min(axis=0)).max())
     at, rows = np.array(vertices, order="C"), np.array(triangles, order="C")
-    found, point = _first(at, rows, lower, upper, tree, _DEEP * size)
+    found, point = _first(at, rows, unit_normals(at[rows]), lower, upper, tree, size)
     return np.asarray(point) if found else None

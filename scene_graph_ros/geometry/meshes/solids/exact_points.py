@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Sequence
 from fractions import Fraction
+import itertools
 import math
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-from scene_graph_ros.geometry.spatial.sums import product
 
 __all__ = ["Edge", "ExactPoints", "ascending"]
 
@@ -47,29 +46,41 @@ class ExactPoints:
     """The points of an arrangement: vertices first, then those where planes meet.
 
     A point is known by the triangles in whose planes it is. Coordinates of vertices are whole
-    numbers, stored as floats.
+    numbers, stored as floats. ``used`` are the triangles (k,) whose edges are known.
     """
 
-    def __init__(self, vertices: FloatArray, triangles: IntArray) -> None:
+    def __init__(self, vertices: FloatArray, triangles: IntArray, used: IntArray) -> None:
         self.rows: list[list[int]] = triangles.tolist()
         corners = vertices[triangles]
-        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        sides = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        normals = np.cross(*sides)
         length = np.linalg.norm(normals, axis=1)
-        self._normals = normals / np.where(length > 0.0, length, 1.0)[:, None]
-        self._origins = corners[:, 0]
-        self.at: list[FloatArray] = list(vertices)
+        normals /= np.where(length > 0.0, length, 1.0)[:, None]
+        self.slack = _CERTAIN * float(np.abs(corners).max())
+        """In the unit of coordinates: what floating point says of larger lengths is certain."""
+        # The normal of a needle is as uncertain as its sides are longer than its height.
+        product = np.linalg.norm(sides[0], axis=1) * np.linalg.norm(sides[1], axis=1)
+        slack = np.full(len(length), np.inf)
+        np.divide(self.slack * product, length, out=slack, where=length > 0.0)
+        self._slack: list[float] = slack.tolist()
+        # Single numbers are faster in lists than in arrays.
+        self._normals: list[list[float]] = normals.tolist()
+        self._origins: list[list[float]] = corners[:, 0].tolist()
+        self.at: list[list[float]] = vertices.tolist()
         self._planes: list[frozenset[int]] = [frozenset()] * len(vertices)
         self._exact: dict[int, Homogeneous] = {}
         self._plane: dict[int, tuple[Whole, int]] = {}
         self._row: dict[Key, int] = {}
-        self._slack = _CERTAIN * float(np.abs(corners).max())
         self.on_edge: dict[Edge, list[int]] = defaultdict(list)
-        """The points inside of an edge, as far as they are known; some are beyond its ends."""
+        """The corners of polygons that are inside of an edge."""
         self.on_line: dict[Edge, list[int]] = defaultdict(list)
-        """The points in the planes of two triangles."""
+        """The corners of polygons that are in the planes of two triangles."""
+        self._edge_of: dict[int, Edge] = {}
+        self._corners: set[int] = set()
         self.owners: dict[Edge, list[int]] = defaultdict(list)
         """The triangles at an edge."""
-        for t, row in enumerate(self.rows):
+        for t in used.tolist():
+            row = self.rows[t]
             for k in range(3):
                 self.owners[ascending(row[k], row[(k + 1) % 3])].append(t)
 
@@ -77,8 +88,9 @@ class ExactPoints:
         """Return how far a point is above a triangle's plane: of the right sign, or exactly 0."""
         if t in self._planes[point] or point in self.rows[t]:
             return 0.0
-        value = float(product(self._normals[t], self.at[point] - self._origins[t]))
-        if abs(value) > self._slack:
+        (nx, ny, nz), (ox, oy, oz), (x, y, z) = self._normals[t], self._origins[t], self.at[point]
+        value = nx * (x - ox) + ny * (y - oy) + nz * (z - oz)
+        if abs(value) > self._slack[t]:
             return value
         normal, offset = self._plane_of(t)
         *at, weight = self._exact_of(point)
@@ -97,13 +109,24 @@ class ExactPoints:
         a, b, c = sorted((one, two, three))
         return self._get((a, b, c), frozenset((a, b, c)))
 
+    def make_corner(self, point: int) -> None:
+        """Say that polygons end at a point; what meets them has it on its sides."""
+        if point in self._corners:
+            return
+        self._corners.add(point)
+        if point in self._edge_of:
+            self.on_edge[self._edge_of[point]].append(point)
+        for a, b in itertools.combinations(sorted(self._planes[point]), 2):
+            self.on_line[a, b].append(point)
+
     def positions(self, points: Sequence[int]) -> list[Any]:
         """Return numbers that are in the order of different points along their common line."""
-        at = np.array([self.at[point] for point in points])
-        axis = int(np.ptp(at, axis=0).argmax())
-        values = at[:, axis]
-        if np.diff(np.sort(values)).min() > self._slack:
-            return list(values.tolist())
+        columns = list(zip(*(self.at[point] for point in points), strict=True))
+        extents = [max(column) - min(column) for column in columns]
+        axis = extents.index(max(extents))
+        in_order = sorted(columns[axis])
+        if min(b - a for a, b in itertools.pairwise(in_order)) > self.slack:
+            return list(columns[axis])
         exact = [self._exact_of(point) for point in points]
         for k in (axis, (axis + 1) % 3, (axis + 2) % 3):
             found = [Fraction(e[k], e[3]) for e in exact]
@@ -116,14 +139,10 @@ class ExactPoints:
         if row is None:
             row = self._row[key] = len(self.at)
             exact = self._exact[row] = self._meeting(key)
-            self.at.append(np.array([exact[k] / exact[3] for k in range(3)]))
+            self.at.append([exact[k] / exact[3] for k in range(3)])
             self._planes.append(planes)
             if len(key) == 2:
-                self.on_edge[key[0]].append(row)
-            for a in planes:
-                for b in planes:
-                    if a < b:
-                        self.on_line[a, b].append(row)
+                self._edge_of[row] = key[0]
         return row
 
     def _meeting(self, key: Key) -> Homogeneous:

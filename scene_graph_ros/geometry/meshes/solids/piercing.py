@@ -11,8 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.meshes.bvh import build_bvh
-from scene_graph_ros.geometry.meshes.solids.overlaps import meeting_boxes
+from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
+from scene_graph_ros.geometry.meshes.bvh import build_bvh, traversal_stack
+from scene_graph_ros.geometry.meshes.triangle_boxes import triangle_boxes
+from scene_graph_ros.geometry.spatial.vectors import cross, dot, load_vector, norm, subtract
 
 __all__ = ["DegenerateError", "Piercings", "piercings"]
 
@@ -21,6 +23,9 @@ IntArray = NDArray[np.int64]
 
 _CERTAIN = 1e-14
 """Relative to the sum of a determinant's absolute products: a larger one has a certain sign."""
+
+_CERTAIN_HEIGHT = 1e-13
+"""The same of heights above a plane, relative to the largest coordinate."""
 
 
 class DegenerateError(Exception):
@@ -66,17 +71,80 @@ def _signs(vertices: FloatArray, four: IntArray) -> IntArray:
     return result
 
 
-def _candidates(vertices: FloatArray, triangles: IntArray) -> tuple[IntArray, FloatArray]:
-    """Return pairs (k, 2) of triangles whose boxes meet, that share at most one vertex."""
-    corners = vertices[triangles]
-    lower, upper = corners.min(axis=1), corners.max(axis=1)
-    tree: tuple[Any, ...] = build_bvh(lower, upper)
-    pairs = meeting_boxes(lower, upper, tree)
-    pairs = pairs[pairs[:, 0] < pairs[:, 1]]
-    one, other = triangles[pairs[:, 0]], triangles[pairs[:, 1]]
-    shared = (one[:, :, None] == other[:, None, :]).any(axis=2)
-    few = shared.sum(axis=1) < 2
-    return pairs[few], shared[few]
+@lean_kernel
+def _meets(lower, upper, i, other_lower, other_upper, j):
+    """Return whether two boxes meet."""
+    for axis in range(3):
+        if lower[i, axis] > other_upper[j, axis] or upper[i, axis] < other_lower[j, axis]:
+            return False
+    return True
+
+
+@lean_kernel
+def _is_above_or_below(vertices, triangles, t, s, origin, n, slack):
+    """Tell whether all corners of s that t has not are above or below the plane of t for sure."""
+    lowest, highest = np.inf, -np.inf
+    for k in range(3):
+        v = triangles[s, k]
+        if v == triangles[t, 0] or v == triangles[t, 1] or v == triangles[t, 2]:
+            continue
+        height = dot(n, subtract(load_vector(vertices, v), origin))
+        lowest, highest = min(lowest, height), max(highest, height)
+    return lowest > slack or highest < -slack
+
+
+@lean_kernel
+def _is_beside(vertices, triangles, t, s, most):
+    """Tell whether s is on one side of the plane of t, where floating point is certain of it.
+
+    ``most`` is the largest coordinate.
+    """
+    a = load_vector(vertices, triangles[t, 0])
+    ab = subtract(load_vector(vertices, triangles[t, 1]), a)
+    ac = subtract(load_vector(vertices, triangles[t, 2]), a)
+    # A needle's normal is as uncertain as the product of its sides is larger than its area.
+    slack = _CERTAIN_HEIGHT * most * norm(ab) * norm(ac)
+    return _is_above_or_below(vertices, triangles, t, s, a, cross(ab, ac), slack)
+
+
+@kernel
+def _candidates(vertices, triangles, lower, upper, tree, most):
+    """Return pairs (k, 2) of triangles that share at most one vertex, and may cross."""
+    node_lower, node_upper, left, right, order = tree
+    stack = traversal_stack()
+    pairs, count = np.empty((64, 2), np.int64), 0
+    for t in range(len(triangles)):
+        stack[0], depth = 0, 1
+        while depth > 0:
+            depth -= 1
+            node = stack[depth]
+            if not _meets(lower, upper, t, node_lower, node_upper, node):
+                continue
+            if left[node] >= 0:
+                stack[depth], stack[depth + 1] = right[node], left[node]
+                depth += 2
+                continue
+            for slot in range(-1 - left[node], -1 - left[node] + right[node]):
+                s = order[slot]
+                if s <= t or not _meets(lower, upper, t, lower, upper, s):
+                    continue
+                shared = 0
+                for k in range(3):
+                    for m in range(3):
+                        shared += triangles[t, k] == triangles[s, m]
+                if (
+                    shared > 1
+                    or _is_beside(vertices, triangles, t, s, most)
+                    or _is_beside(vertices, triangles, s, t, most)
+                ):
+                    continue
+                if count == len(pairs):
+                    longer = np.empty((2 * count, 2), np.int64)
+                    longer[:count] = pairs
+                    pairs = longer
+                pairs[count, 0], pairs[count, 1] = t, s
+                count += 1
+    return pairs[:count].copy()
 
 
 def piercings(vertices: FloatArray, triangles: IntArray) -> Piercings:
@@ -90,7 +158,10 @@ def piercings(vertices: FloatArray, triangles: IntArray) -> Piercings:
         DegenerateError: the position is not general: four points of two triangles are in a plane.
 
     """
-    pairs, _ = _candidates(vertices, triangles)
+    lower, upper = triangle_boxes(vertices, triangles)
+    tree: tuple[Any, ...] = build_bvh(lower, upper)
+    arrays = (np.array(a, order="C") for a in (vertices, triangles, lower, upper))
+    pairs = _candidates(*arrays, tree, float(np.abs(vertices[triangles]).max(initial=0.0)))
     both = np.concatenate([pairs, pairs[:, ::-1]])
     owner, through = both[:, 0], both[:, 1]
     # On which side of the other's plane each corner is, and 0 for a corner of the other.

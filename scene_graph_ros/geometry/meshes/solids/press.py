@@ -1,23 +1,33 @@
-"""Press faces of parts that touch into each other, so that their union has no gap of rounding.
+"""Press faces that face each other across a slit together, so that their union has no slit.
 
-Where faces of two parts lie in one plane and face each other, what a turned mesh's coordinates
-say of the gap between them is rounding. Each is moved outwards by PRESSED, which is more than
-rounding and less than the promised accuracy: then the parts overlap.
+Faces of two parts that touch are apart, or overlap, by the rounding of their coordinates: to
+float64 in a turned mesh, to float32 in most files. Each of two such faces is moved outwards by
+half of the gap, and by PRESSED, which is less than the promised accuracy: then the parts overlap.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.meshes.bvh import build_bvh
-from scene_graph_ros.geometry.meshes.distinct_rows import distinct_rows
-from scene_graph_ros.geometry.meshes.solids.overlaps import meeting_boxes
+from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
+from scene_graph_ros.geometry.meshes.bvh import build_bvh, traversal_stack
+from scene_graph_ros.geometry.meshes.triangle_boxes import triangle_boxes
 from scene_graph_ros.geometry.spatial.sums import least_squares
+from scene_graph_ros.geometry.spatial.vectors import cross, dot, load_vector, norm, subtract
 
-__all__ = ["pressed_together"]
+__all__ = [
+    "PRESSED",
+    "SHARED",
+    "TOUCHING",
+    "Pressed",
+    "gap_between",
+    "moved",
+    "pressed_together",
+    "unit_normals",
+]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -25,61 +35,165 @@ IntArray = NDArray[np.int64]
 PRESSED = 1e-12
 """Relative to the size: how far touching faces are moved."""
 
-_TOUCHING = 5e-14
-"""Relative to the size: faces whose corners are this near to each other's planes touch."""
+TOUCHING = 5e-14
+"""Relative to the size: the least gap, what rounding makes of faces that touch."""
 
-_SHARED = 1e-9
+SHARED = 1e-9
 """Relative to the size: triangles that overlap by less in their plane share an edge at most."""
 
-_FACING = 1e-6
-"""Faces whose normals add up to a longer vector are in different planes, however near."""
+_FACING = -0.99
+"""The largest dot product of the normals of faces that face each other."""
+
+_ONE_PLANE = 1e-3
+"""Relative to the largest singular value of a corner's normals: planes nearer than it are one."""
 
 
-def pressed_together(vertices: FloatArray, triangles: IntArray, part: IntArray) -> FloatArray:
-    """Return (v, 3) vertices moved where triangles (m, 3) of different parts (m,) touch."""
+class Pressed(NamedTuple):
+    """Vertices after faces were pressed together."""
+
+    vertices: FloatArray
+    """(v, 3)."""
+    slits: int
+    """Pairs of triangles that were apart by more than PRESSED."""
+    point: FloatArray
+    """(3,): a corner at one of them, if any."""
+
+
+@lean_kernel
+def _corner(vertices, triangles, t, k):
+    return load_vector(vertices, triangles[t, k])
+
+
+@lean_kernel
+def _heights(vertices, triangles, normals, t, s):
+    """Return the least and the largest height of the corners of s above the plane of t."""
+    n, origin = load_vector(normals, t), _corner(vertices, triangles, t, 0)
+    a = dot(n, subtract(_corner(vertices, triangles, s, 0), origin))
+    b = dot(n, subtract(_corner(vertices, triangles, s, 1), origin))
+    c = dot(n, subtract(_corner(vertices, triangles, s, 2), origin))
+    return min(a, b, c), max(a, b, c)
+
+
+@lean_kernel
+def _is_beside(vertices, triangles, normals, t, s, shared):
+    """Tell whether s is beyond a side of t, or overlaps it there by no more than shared."""
+    n = load_vector(normals, t)
+    for k in range(3):
+        start = _corner(vertices, triangles, t, k)
+        out = cross(subtract(_corner(vertices, triangles, t, (k + 1) % 3), start), n)
+        nearest = np.inf
+        for m in range(3):
+            arm = subtract(_corner(vertices, triangles, s, m), start)
+            nearest = min(nearest, dot(arm, out))
+        if nearest >= -shared * norm(out):
+            return True
+    return False
+
+
+@lean_kernel
+def gap_between(vertices, triangles, normals, t, s, least, most, shared):
+    """Return how far two triangles are apart that face each other within a gap, else -inf.
+
+    Heights are linear where the triangles overlap, so the corners of either bound the gap there.
+    """
+    if dot(load_vector(normals, t), load_vector(normals, s)) > _FACING:
+        return -np.inf
+    low, high = _heights(vertices, triangles, normals, t, s)
+    other_low, other_high = _heights(vertices, triangles, normals, s, t)
+    gap = min(high, other_high)
+    if not least <= gap <= most or max(low, other_low) < -most:
+        return -np.inf
+    if _is_beside(vertices, triangles, normals, t, s, shared):
+        return -np.inf
+    if _is_beside(vertices, triangles, normals, s, t, shared):
+        return -np.inf
+    return gap
+
+
+@kernel
+def _gaps(vertices, triangles, part, normals, lower, upper, tree, least, most, shared):
+    """Return (gaps, pairs): of each triangle (m,) the largest one, and how many are not rounding.
+
+    Boxes (m, 3) and their tree are as much larger than triangles as the largest gap.
+    """
+    node_lower, node_upper, left, right, order = tree
+    stack = traversal_stack()
+    gaps = np.full(len(triangles), -np.inf)
+    pairs = 0
+    for t in range(len(triangles)):
+        stack[0], depth = 0, 1
+        while depth > 0:
+            depth -= 1
+            node = stack[depth]
+            meets = True
+            for axis in range(3):
+                meets = meets and lower[t, axis] <= node_upper[node, axis]
+                meets = meets and upper[t, axis] >= node_lower[node, axis]
+            if not meets:
+                continue
+            if left[node] >= 0:
+                stack[depth], stack[depth + 1] = right[node], left[node]
+                depth += 2
+                continue
+            for slot in range(-1 - left[node], -1 - left[node] + right[node]):
+                s = order[slot]
+                if s <= t or part[s] == part[t]:
+                    continue
+                gap = gap_between(vertices, triangles, normals, t, s, least, most, shared)
+                gaps[t], gaps[s] = max(gaps[t], gap), max(gaps[s], gap)
+                pairs += gap > -least
+    return gaps, pairs
+
+
+def pressed_together(
+    vertices: FloatArray, triangles: IntArray, part: IntArray, tolerance: float
+) -> Pressed:
+    """Move (v, 3) vertices where triangles (m, 3) of different parts (m,) face each other.
+
+    ``tolerance`` is the largest gap that is closed, metres. Each part has vertices of its own, and
+    its triangles run counter-clockwise seen from outside of the solid.
+    """
     corners = vertices[triangles]
     size = float(np.abs(corners).max())
-    lower, upper = corners.min(axis=1), corners.max(axis=1)
-    slack = _TOUCHING * size
-    tree: tuple[Any, ...] = build_bvh(lower - slack, upper + slack)
-    pairs = meeting_boxes(lower, upper, tree)
-    pairs = pairs[part[pairs[:, 0]] < part[pairs[:, 1]]]
+    most = max(tolerance, TOUCHING * size)
+    lower, upper = triangle_boxes(vertices, triangles)
+    tree: tuple[Any, ...] = build_bvh(lower - most, upper + most)
+    normals = unit_normals(corners)
+    by = PRESSED * size
+    # What overlaps by as much as pressing leaves needs none.
+    least = -2.0 * by
+    arrays = (np.array(a, order="C") for a in (vertices, triangles, part, normals, lower, upper))
+    gaps, slits = _gaps(*arrays, tree, least, most, SHARED * size)
+    rows = np.flatnonzero(gaps >= least)
+    if not len(rows):
+        return Pressed(vertices, 0, vertices[:0])
+    steps = 0.5 * np.maximum(gaps[rows], 0.0) + by
+    at = moved(vertices, triangles[rows], normals[rows], steps)
+    return Pressed(at, slits, vertices[triangles[gaps.argmax(), 0]])
+
+
+def unit_normals(corners: FloatArray) -> FloatArray:
+    """Return the normals (m, 3) of triangles (m, 3, 3), 0 of those without area."""
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.linalg.norm(normals, axis=1)
-    normals /= np.where(length > 0.0, length, 1.0)[:, None]
-    facing = np.linalg.norm(normals[pairs[:, 0]] + normals[pairs[:, 1]], axis=1) <= _FACING
-    pairs = pairs[facing]
-    if not len(pairs):
-        return vertices
-    near = np.ones(len(pairs), dtype=bool)
-    for one, other in ((0, 1), (1, 0)):
-        n, at = normals[pairs[:, one]], corners[pairs[:, one], :1]
-        heights = np.einsum("kij,kj->ki", corners[pairs[:, other]] - at, n)
-        near &= np.abs(heights).max(axis=1) <= slack
-        for k in range(3):
-            # Beside an edge of the one, the other has no area in common with it.
-            start = corners[pairs[:, one], k]
-            out = np.cross(corners[pairs[:, one], (k + 1) % 3] - start, n)
-            out /= np.maximum(np.linalg.norm(out, axis=1), np.finfo(np.float64).tiny)[:, None]
-            beyond = np.einsum("kij,kj->ki", corners[pairs[:, other]] - start[:, None], out)
-            near &= beyond.min(axis=1) < -_SHARED * size
-    moved = np.unique(pairs[near])
-    if not len(moved):
-        return vertices
-    return _moved(vertices, triangles[moved], normals[moved], PRESSED * size)
+    return np.asarray(normals / np.where(length > 0.0, length, 1.0)[:, None])
 
 
-def _moved(
-    vertices: FloatArray, triangles: IntArray, normals: FloatArray, by: float
+def moved(
+    vertices: FloatArray, triangles: IntArray, normals: FloatArray, steps: FloatArray
 ) -> FloatArray:
-    """Return vertices (v, 3) such that triangles (k, 3) are moved along their normals (k, 3)."""
-    result = vertices.copy()
+    """Return vertices (v, 3) such that triangles (k, 3) are moved along their normals (k, 3).
+
+    Each is moved by its step (k,), or more where it has a corner in common with others; by a
+    negative step inwards.
+    """
     at = triangles.reshape(-1)
+    along, step = np.repeat(normals, 3, axis=0), np.repeat(steps, 3)
     order = np.argsort(at, kind="stable")
-    rows, starts = np.unique(at[order], return_index=True)
-    for row, which in zip(rows, np.split(order, starts[1:]), strict=True):
-        # Triangles of one face have normals that are equal but for rounding.
-        planes = distinct_rows(np.round(normals[which // 3], 6)).first
-        along = normals[which // 3][planes]
-        result[row] += least_squares(along, np.full(len(along), by), 1e-3)
+    used, starts = np.unique(at[order], return_index=True)
+    result = vertices.copy()
+    for vertex, planes in zip(used, np.split(order, starts[1:]), strict=True):
+        # Of a corner's planes those of one face count as one.
+        way = least_squares(along[planes], np.sign(step[planes]), _ONE_PLANE)
+        result[vertex] += way * np.abs(step[planes]).max()
     return result

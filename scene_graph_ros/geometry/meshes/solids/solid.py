@@ -93,11 +93,15 @@ def solid_of(
 
 def _welded(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, IntArray]:
     distinct = distinct_rows(vertices + 0.0)  # -0.0 and 0.0 are one coordinate
-    triangles = distinct.inverse[triangles]
-    a, b, c = triangles.T
-    is_triangle = (a != b) & (b != c) & (c != a)
-    used, triangles = used_indices(triangles[is_triangle], len(distinct.rows))
+    triangles = _of_three_vertices(distinct.inverse[triangles])
+    used, triangles = used_indices(triangles, len(distinct.rows))
     return distinct.rows[used], triangles
+
+
+def _of_three_vertices(triangles: IntArray) -> IntArray:
+    """Leave out triangles that use a vertex twice: they run through each edge both ways."""
+    a, b, c = triangles.T
+    return triangles[(a != b) & (b != c) & (c != a)]
 
 
 def _one_closed_part(vertices: FloatArray, triangles: IntArray) -> Solid | None:
@@ -125,6 +129,7 @@ def _of_any_parts(
 ) -> Solid:
     size = float(np.ptp(vertices[triangles].reshape(-1, 3), axis=0).max())
     # What is closed by the file's own numbers is a part, whatever else has the same vertices.
+    triangles = _of_three_vertices(triangles)
     alone = find_parts(vertices, triangles)
     at, rest = _welded(vertices, triangles[~alone.is_closed[alone.label]])
     repairs: list[Repair] = []
@@ -134,13 +139,16 @@ def _of_any_parts(
     parts = joined_parts(alone, parts, len(vertices))
     membranes = membranes + len(vertices)
     vertices = np.concatenate([vertices, at])
-    united = unite(vertices, parts, resolve=resolve)
+    united = unite(vertices, parts, tolerance * size, resolve=resolve)
     if len(united.dropped):
         first = parts.triangles[parts.label == united.dropped[0]][0, 0]
         x, y, z = (float(c) for c in vertices[first])
         repairs.append(
             Repair("parts smaller than 1e-12 of the whole dropped", len(united.dropped), (x, y, z))
         )
+    if united.slit is not None:
+        x, y, z = (float(c) for c in united.slit)
+        repairs.append(Repair("slits pressed together", united.slits, (x, y, z)))
     if united.crossings:
         x, y, z = (float(c) for c in united.crossings[0])
         repairs.append(

@@ -15,9 +15,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.meshes.distinct_rows import distinct_rows, used_indices
-from scene_graph_ros.geometry.meshes.solids.cavities import cavities_among, Part
+from scene_graph_ros.geometry.meshes.distinct_rows import used_indices
+from scene_graph_ros.geometry.meshes.solids.cavities import cavities_among, may_have_cavities, Part
 from scene_graph_ros.geometry.meshes.solids.crossings import first_crossing
+from scene_graph_ros.geometry.meshes.solids.folds import unfolded
 from scene_graph_ros.geometry.meshes.solids.overlaps import groups_of_boxes
 from scene_graph_ros.geometry.meshes.solids.pairing import with_pairs_apart
 from scene_graph_ros.geometry.meshes.solids.parts import Parts
@@ -51,51 +52,84 @@ class United(NamedTuple):
     """Parts that are too small beside the whole."""
     crossings: tuple[FloatArray, ...]
     """Points (3,) where parts crossed each other or themselves, and were cut there."""
+    slits: int
+    """Pairs of triangles of different parts that were pressed together."""
+    slit: FloatArray | None
+    """A point (3,) at one of them."""
     doubt: str
     """Why some parts were left as they are, or nothing."""
+
+
+class _Piece(NamedTuple):
+    """The same of a group of parts whose boxes overlap."""
+
+    vertices: FloatArray
+    triangles: IntArray
+    cavities: int
+    crossing: FloatArray | None
+    slits: int = 0
+    slit: FloatArray | None = None
 
 
 class _NotUnitedError(Exception):
     """The library refuses a part, or its result is not what the parts wind around."""
 
 
-def unite(vertices: FloatArray, parts: Parts, *, resolve: bool) -> United:
-    """Return the boundary of the solid of all closed parts; ``vertices`` (v, 3) are theirs.
+def unite(vertices: FloatArray, parts: Parts, tolerance: float, *, resolve: bool) -> United:
+    """Return the boundary of the solid of all closed parts.
 
-    With ``resolve`` parts are searched for places where they cross themselves.
+    Args:
+        vertices: (v, 3).
+        parts: over these vertices; its sheets are left out.
+        tolerance: metres; slits between parts that are not wider are closed.
+        resolve: whether parts are searched for places where they cross themselves.
+
     """
     found = _split(vertices, parts)
     if not found:
-        return United(*_together([]), 0, np.zeros(0, dtype=np.int64), (), "")
+        return United(*_together([]), 0, np.zeros(0, dtype=np.int64), (), 0, None, "")
     size = float(np.ptp(vertices[parts.triangles].reshape(-1, 3), axis=0).max())
     extents = np.array([(part.upper - part.lower).max() for part in found])
     is_kept = extents > LEAST_PART * size
     dropped = np.flatnonzero(parts.is_closed)[~is_kept]
     found = [part for part, kept in zip(found, is_kept, strict=True) if kept]
     pieces: list[tuple[FloatArray, IntArray]] = []
-    cavities, doubt = 0, ""
-    crossings: list[FloatArray] = []
+    united = United(*_together([]), 0, dropped, (), 0, None, "")
     lower = np.array([part.lower for part in found]).reshape(-1, 3)
     upper = np.array([part.upper for part in found]).reshape(-1, 3)
     alone = []
-    for group in groups_of_boxes(lower, upper):
+    for group in groups_of_boxes(lower - tolerance, upper):
         members = [found[i] for i in group]
         if len(members) == 1 and not resolve:
             alone.append(members[0].triangles)
             continue
         middle = _middle(members)
         try:
-            piece, hollow, crossing = _united_group(vertices - middle, members, resolve)
-            pieces.append((piece[0] + middle, piece[1]))
-            crossing = None if crossing is None else crossing + middle
-            cavities += hollow
-            crossings += [] if crossing is None else [crossing]
+            piece = _united_group(vertices, members, middle, tolerance, resolve)
+            pieces.append((piece.vertices + middle, piece.triangles))
+            united = _counted(united, piece, middle)
         except _NotUnitedError as error:
             alone.extend(member.triangles for member in members)
-            doubt = str(error)
+            united = united._replace(doubt=str(error))
     if alone:
         pieces.insert(0, _used(vertices, np.concatenate(alone)))
-    return United(*_together(pieces), cavities, dropped, tuple(crossings), doubt)
+    whole, triangles = _together(pieces)
+    return united._replace(vertices=whole, triangles=triangles)
+
+
+def _counted(united: United, piece: _Piece, middle: FloatArray) -> United:
+    """Add what was found out about one group of parts, whose middle is the origin there."""
+    crossings, slit = united.crossings, united.slit
+    if piece.crossing is not None:
+        crossings = (*crossings, piece.crossing + middle)
+    if slit is None and piece.slit is not None and piece.slits:
+        slit = piece.slit + middle
+    return united._replace(
+        cavities=united.cavities + piece.cavities,
+        crossings=crossings,
+        slits=united.slits + piece.slits,
+        slit=slit,
+    )
 
 
 def _split(vertices: FloatArray, parts: Parts) -> list[Part]:
@@ -143,49 +177,59 @@ def _together(pieces: Sequence[tuple[FloatArray, IntArray]]) -> tuple[FloatArray
 
 
 def _united_group(
-    vertices: FloatArray, members: list[Part], resolve: bool
-) -> tuple[tuple[FloatArray, IntArray], int, FloatArray | None]:
-    """Return the boundary of the solid of parts whose boxes overlap, and how many are cavities.
-
-    The last is a point where parts cross themselves, if they were resolved.
-    """
+    vertices: FloatArray, members: list[Part], middle: FloatArray, tolerance: float, resolve: bool
+) -> _Piece:
+    """Return the boundary of the solid of parts whose boxes overlap, with the middle as origin."""
+    points, members = _about(middle, vertices, members)
     label = np.repeat(np.arange(len(members)), [len(part.triangles) for part in members])
     triangles = np.concatenate([part.triangles for part in members])
-    # Parts may share vertices, which go different ways.
-    own = distinct_rows(np.stack([np.repeat(label, 3), triangles.reshape(-1)], axis=1))
-    points, triangles = vertices[own.rows[:, 1]], own.inverse.reshape(-1, 3)
     if len(members) == 1:
-        return _resolved_group(points, triangles, first_crossing(points, triangles), [False])
-    points = pressed_together(points, triangles, label)
-    bodies = [_body(*_used(points, triangles[label == k])) for k in range(len(members))]
-    hollow = cavities_among(vertices, members, bodies)
-    given = np.concatenate([part.triangles for part in members])
-    is_hollow = np.array(hollow)[label][:, None]
-    given = np.where(is_hollow, given[:, ::-1], given)
-    try:
-        united = _by_library(bodies, hollow)
-        _hold_to_winding((vertices, given), united)
-        crossing = first_crossing(*united) if resolve else None
-        if crossing is None:
-            return united, int(np.sum(hollow)), None
-    except _NotUnitedError:
         crossing = first_crossing(points, triangles)
-    oriented = np.where(is_hollow, triangles[:, ::-1], triangles)
-    return _resolved_group(points, oriented, crossing, hollow)
+        if crossing is None:
+            return _Piece(points, triangles, 0, None)
+        return _Piece(*_resolved_group(points, triangles), 0, crossing)
+    hollow = [False] * len(members)
+    if may_have_cavities(members):
+        hollow = cavities_among(points, members, _bodies(points, members))
+    oriented = np.where(np.array(hollow)[label][:, None], triangles[:, ::-1], triangles)
+    pressed = pressed_together(points, oriented, label, tolerance)
+    points = pressed.vertices
+    crossing = None
+    try:
+        united = _by_library(_bodies(points, members), hollow)
+        _hold_to_winding((points, oriented), united)
+        crossing = first_crossing(*united) if resolve else None
+        is_resolved = crossing is not None
+    except _NotUnitedError:
+        crossing, is_resolved = first_crossing(points, triangles), True
+    if is_resolved:
+        united = _resolved_group(points, oriented)
+    return _Piece(*united, int(np.sum(hollow)), crossing, pressed.slits, pressed.point)
 
 
-def _resolved_group(
-    points: FloatArray, oriented: IntArray, crossing: FloatArray | None, hollow: list[bool]
-) -> tuple[tuple[FloatArray, IntArray], int, FloatArray | None]:
-    """Return as ``_united_group`` does, by cutting all triangles where they cross."""
-    if crossing is None and len(hollow) == 1:
-        return _used(points, oriented), 0, None
-    found = resolved(points, oriented)
+def _about(
+    middle: FloatArray, vertices: FloatArray, members: list[Part]
+) -> tuple[FloatArray, list[Part]]:
+    """Return vertices (k, 3) about a point, and parts each of which has its own of them."""
+    points: list[FloatArray] = []
+    result, count = [], 0
+    for part in members:
+        used, triangles = used_indices(part.triangles, len(vertices))
+        points.append(vertices[used] - middle)
+        lower, upper = part.lower - middle, part.upper - middle
+        result.append(part._replace(triangles=triangles + count, lower=lower, upper=upper))
+        count += len(used)
+    return np.concatenate(points), result
+
+
+def _resolved_group(points: FloatArray, oriented: IntArray) -> tuple[FloatArray, IntArray]:
+    """Return the boundary of what triangles wind around, by cutting them where they cross."""
+    found = resolved(unfolded(points, oriented), oriented)
     if found is None:
         raise _NotUnitedError("parts can't be united: where they cross, they do not close")
     united = found[0], without_short_edges(*found)
     _hold_to_winding((points, oriented), united)
-    return _used(*united), int(np.sum(hollow)), crossing
+    return _used(*united)
 
 
 def _by_library(bodies: Sequence[Any], hollow: list[bool]) -> tuple[FloatArray, IntArray]:
@@ -209,6 +253,11 @@ def _by_library(bodies: Sequence[Any], hollow: list[bool]) -> tuple[FloatArray, 
     points = np.array(mesh.vert_properties[:, :3], dtype=np.float64)
     triangles = np.array(mesh.tri_verts, dtype=np.int64).reshape(-1, 3)
     return _used(points, without_short_edges(points, triangles))
+
+
+def _bodies(vertices: FloatArray, members: list[Part]) -> list[Any]:
+    """Return parts for the library, with None for those that it refuses."""
+    return [_body(*_used(vertices, part.triangles)) for part in members]
 
 
 def _body(vertices: FloatArray, triangles: IntArray) -> Any:

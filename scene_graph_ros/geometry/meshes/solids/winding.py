@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.bvh import build_bvh, traversal_stack
+from scene_graph_ros.geometry.meshes.triangle_boxes import triangle_boxes
 from scene_graph_ros.geometry.spatial.vectors import cross, dot, load_vector, norm, subtract
 
 __all__ = ["winding_numbers"]
@@ -120,8 +121,7 @@ def winding_numbers(
     It is 1 inside of one part whose triangles run counter-clockwise seen from outside. With
     ``above`` (n,) each point is in a triangle, and the number is that of its front side.
     """
-    corners = vertices[triangles]
-    lower, upper = corners.min(axis=1), corners.max(axis=1)
+    lower, upper = triangle_boxes(vertices, triangles)
     slack = 1e-12 * float((upper.max(axis=0) - lower.min(axis=0)).max())
     tree: tuple[Any, ...] = build_bvh(lower - slack, upper + slack)
     rays = np.random.default_rng(1).normal(size=(_TRIES, 3))

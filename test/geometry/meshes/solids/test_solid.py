@@ -171,6 +171,17 @@ def test_a_surface_that_crosses_itself_is_cut_there():
     np.testing.assert_array_equal(found, wanted)
 
 
+def test_a_triangle_with_a_vertex_twice_is_none():
+    """Triangles along edges: the surface is cut where it crosses itself as it is without them."""
+    points = UNIT[0].copy()
+    points[0] = (0.5, 0.5, 1.5)
+    faces = np.vstack([FACES, [(2, 0, 2), (2, 6, 6), (3, 0, 3), (6, 0, 6), (6, 4, 4), (6, 7, 6)]])
+    solid = solid_of(points, faces, 1e-6, resolve=True)
+    assert (solid.report.is_closed, solid.report.reason) == (True, "")
+    clean = solid_of(points, FACES, 1e-6, resolve=True)
+    assert volume(solid) == pytest.approx(volume(clean), abs=1e-11)
+
+
 def test_a_solid_can_be_required():
     """A mesh with a sheet is refused with the report's reason; wrong words by their name."""
     properties = ProximityProperties()
