@@ -42,9 +42,9 @@ def sphere(rings: int, radius: float, middle: FloatArray) -> tuple[FloatArray, I
     i, j = np.meshgrid(np.arange(rings - 2), np.arange(around), indexing="ij")
     a, b = i * around + j, i * around + (j + 1) % around
     faces = [np.stack([a, a + around, b], -1), np.stack([b, a + around, b + around], -1)]
-    j, last, top = np.arange(around), (rings - 2) * around, len(points) - 2
-    faces += [np.stack([np.full(around, top), j, (j + 1) % around], -1)]
-    faces += [np.stack([np.full(around, top + 1), last + (j + 1) % around, last + j], -1)]
+    k, last, top = np.arange(around), (rings - 2) * around, len(points) - 2
+    faces += [np.stack([np.full(around, top), k, (k + 1) % around], -1)]
+    faces += [np.stack([np.full(around, top + 1), last + (k + 1) % around, last + k], -1)]
     return middle + radius * points, np.concatenate([f.reshape(-1, 3) for f in faces])
 
 
