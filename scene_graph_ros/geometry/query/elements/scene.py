@@ -76,10 +76,10 @@ class Clouds(NamedTuple):
         lower, upper = self.boxes()
         if margin == np.inf:
             has_points = np.isfinite(lower).all(axis=1)
-            near: NDArray[np.bool_] = np.logical_and.outer(has_points, has_points)
+            near = has_points & has_points[:, np.newaxis]
         else:
-            near = (lower <= upper[:, np.newaxis] + margin).all(axis=2)
-            near &= near.T
+            below: NDArray[np.bool_] = np.all(lower <= upper[:, np.newaxis] + margin, axis=2)
+            near = below & below.T
         pairs = np.argwhere(np.triu(near, 1))
         filtered = snapshot.state.collision_filtered
         ids = self.geometry_ids
