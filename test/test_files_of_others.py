@@ -74,6 +74,7 @@ _ALLOWED = {
         "scene_graph_ros/geometry/__init__.py",
         "scene_graph_ros/geometry/query/distance/fcl_engine.py",
         "scene_graph_ros/geometry/optimization/__init__.py",
+        "scene_graph_ros/planning/certified/__init__.py",
         "scene_graph_ros/geometry/query/on_demand.py",
         "scene_graph_ros/node/__init__.py",
         "scene_graph_ros/node/effects/camera.py",

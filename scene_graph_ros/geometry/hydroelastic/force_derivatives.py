@@ -19,6 +19,8 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.spatial.sums import product
+
 __all__ = ["force_derivatives"]
 
 FloatArray = NDArray[np.float64]
@@ -45,14 +47,14 @@ def force_derivatives(
             g, k = n, -grad_M[i]
         else:
             g = grad_N[i]
-            k = n if grad_M is None else grad_M[i] / float((grad_M[i] - g) @ n)
+            k = n if grad_M is None else grad_M[i] / float(product(grad_M[i] - g, n))
         pressed = _where_positive(corners - p_WP, pressures)
         if len(pressed) < 3:
             continue
         area, first, second = _moments(pressed)
         cross_g, cross_k = _cross(g), _cross(k)
         # r x g is -cross(g) r, and k . (omega x r) is omega . (r x k).
-        result[:3, :3] += cross_g @ second @ cross_k.T
+        result[:3, :3] += product(product(cross_g, second), cross_k.T)
         result[:3, 3:] += np.outer(np.cross(first, g), k)
         result[3:, :3] += np.outer(g, np.cross(first, k))
         result[3:, 3:] += area * np.outer(g, k)
@@ -79,7 +81,7 @@ def _moments(corners: FloatArray) -> tuple[float, FloatArray, FloatArray]:
     a, b, c = corners[:1], corners[1:-1], corners[2:]
     areas = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
     total = a + b + c
-    first = areas @ total / 3.0
+    first = product(areas, total) / 3.0
     # Of a triangle the integral of r r' is its area by 12 times (sum of own squares and of all).
     second = np.einsum("m,mi,mj->ij", areas, total, total) + areas.sum() * np.outer(a[0], a[0])
     second += np.einsum("m,mi,mj->ij", areas, b, b) + np.einsum("m,mi,mj->ij", areas, c, c)

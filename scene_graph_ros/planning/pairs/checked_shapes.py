@@ -124,7 +124,7 @@ def checked_shapes(snapshot: Snapshot) -> CheckedShapes:
     clouds = clouds_of(snapshot)
     ids = np.concatenate([proximity.ids, clouds.ids])
     rows = np.concatenate([np.arange(count), np.arange(count + 1, len(ids) + 1)])
-    order = np.argsort(ids)
+    order = np.argsort(ids, kind="stable")
     every = (*proximity.geometry_ids, *clouds.geometry_ids)
     none = np.eye(4)[np.newaxis]
     return CheckedShapes(

@@ -276,7 +276,7 @@ def _bounds(shapes: CheckedShapes, rows: NDArray[np.int64]) -> tuple[NDArray[np.
         centers[b] = 0.5 * (lower[b] + upper[b])
         half = 0.5 * (upper[b] - lower[b])
         if are_clouds[b]:
-            radii[b] = np.linalg.norm(half)
+            radii[b] = length(half)
         elif kind in (ShapeKind.SPHERE, ShapeKind.CAPSULE, ShapeKind.ELLIPSOID):
             radii[b] = half.max()
         elif kind == ShapeKind.CYLINDER:

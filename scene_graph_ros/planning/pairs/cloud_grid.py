@@ -55,7 +55,7 @@ def _count(tree, counts):
 
 def count_points(tree: Any) -> NDArray[np.int32]:
     """Return the counts ``((CELLS + 1)^3,)`` of a tree of points, x first."""
-    counts = np.zeros((CELLS + 1) ** 3, np.int32)
+    counts = np.zeros((CELLS + 1) * (CELLS + 1) * (CELLS + 1), np.int32)
     _count(tree, counts)
     return counts
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+from scene_graph_ros.geometry.spatial.sums import product
 from scene_graph_ros.planning.pairs.checker_plan import CheckerPlan
 from scene_graph_ros.planning.pairs.cloud_grid import count_points
 from scene_graph_ros.planning.pairs.cloud_tables import CloudScratch, CloudTable
@@ -102,7 +103,7 @@ def _split(plan: CheckerPlan) -> SplitPlan | None:
     starts, planes = _planes(plan)
     X_WC = np.stack([plan.bodies.X_WG[b[pairs[groups[g][0]]] - robots] for _, g, _ in clouds])
     R_CW = X_WC[:, :, :3].transpose(0, 2, 1)
-    X_CW = np.concatenate([R_CW, -R_CW @ X_WC[:, :, 3:]], axis=2)
+    X_CW = np.concatenate([R_CW, product(-R_CW, X_WC[:, :, 3:])], axis=2)
     quick = CloudTable(
         pairs,
         np.ascontiguousarray(a[pairs]),
@@ -140,7 +141,7 @@ def _groups(
     X_WJ = tree.link_poses(np.zeros(tree.num_positions)) if tree.num_positions else None
     if X_WJ is None or not np.isfinite(X_WJ).all():
         return [(k, k + 1) for k in range(first, last)]
-    X_WG = X_WJ[plan.owners[: len(plan.carried)]] @ plan.X_LG
+    X_WG = product(X_WJ[plan.owners[: len(plan.carried)]], plan.X_LG)
     centers = np.einsum("nij,nj->ni", X_WG[:, :3, :3], table.centers[: len(X_WG)])
     centers += X_WG[:, :3, 3]
     result, begin = [], first

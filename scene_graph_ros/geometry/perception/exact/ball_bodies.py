@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.model.point_set import PointSet
 from scene_graph_ros.geometry.perception.exact.bodies import Bodies
 from scene_graph_ros.geometry.perception.exact.cover import Cover
+from scene_graph_ros.geometry.spatial.sums import moved
 
 __all__ = ["taken", "with_balls"]
 
@@ -41,6 +42,6 @@ def with_balls(
     ends = np.cumsum(counts)
     for row, each in points.items():
         balls, X_WG = slice(ends[row] - counts[row], ends[row]), poses[row]
-        result.X_WG[balls, :3, 3] = each.points @ X_WG[:3, :3].T + X_WG[:3, 3]
+        result.X_WG[balls, :3, 3] = moved(each.points, X_WG)
         result.size[balls, 0] = result.radius[balls] = each.radii
     return result, covered

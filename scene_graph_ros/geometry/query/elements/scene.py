@@ -22,6 +22,7 @@ from scene_graph_ros.geometry.query.elements.element_places import (
 )
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.spatial.pose_kernels import world_poses_of_children
+from scene_graph_ros.geometry.spatial.sums import product
 from scene_graph_ros.geometry.tables.table_arrays import ShapeTable
 
 __all__ = ["Clouds", "clouds_of"]
@@ -48,8 +49,8 @@ class Clouds(NamedTuple):
             if cloud.count == 0:
                 continue
             X, bounds, radius = self.X_WC[k], cloud.tree.bounds, cloud.tree.radius[0]
-            center = X[:3, :3] @ (0.5 * (bounds[0] + bounds[1])) + X[:3, 3]
-            half = np.abs(X[:3, :3]) @ (0.5 * (bounds[1] - bounds[0])) + radius
+            center = product(X[:3, :3], 0.5 * (bounds[0] + bounds[1])) + X[:3, 3]
+            half = product(np.abs(X[:3, :3]), 0.5 * (bounds[1] - bounds[0])) + radius
             # The same rounding as that of the scene's other boxes.
             half += 1e-14 * (np.abs(center) + half + np.abs(bounds).max() + np.abs(X[:3, 3]))
             lower[k], upper[k] = center - half, center + half
@@ -75,7 +76,7 @@ class Clouds(NamedTuple):
         """Return (m, 2): pairs of clouds, the first the one with the smaller id."""
         lower, upper = self.boxes()
         if margin == np.inf:
-            has_points = np.isfinite(lower).all(axis=1)
+            has_points: NDArray[np.bool_] = np.all(np.isfinite(lower), axis=1)
             near = has_points & has_points[:, np.newaxis]
         else:
             below: NDArray[np.bool_] = np.all(lower <= upper[:, np.newaxis] + margin, axis=2)

@@ -23,6 +23,7 @@ from scene_graph_ros.geometry.query.elements.nearest import find_nearest
 from scene_graph_ros.geometry.query.elements.scene import Clouds
 from scene_graph_ros.geometry.query.settings import Settings
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+from scene_graph_ros.geometry.spatial.sums import product
 from scene_graph_ros.geometry.tables.held_table import hold
 from scene_graph_ros.geometry.tables.table_arrays import ShapeTable
 
@@ -200,7 +201,7 @@ def _as_spheres(
     R_CW = X_WC[:, :3, :3].transpose(0, 2, 1)
     # Differences first: a scene far away is as exact as one at the origin.
     X_CG[m:, :3, 3] = np.einsum("mij,mj->mi", R_CW, X_WB[:, :3, 3] - X_WC[:, :3, 3])
-    X_CG[m:, :3, :3] = R_CW @ X_WB[:, :3, :3]
+    X_CG[m:, :3, :3] = product(R_CW, X_WB[:, :3, :3])
     X_CG[m:, :3, 3][is_cloud] += np.einsum("mij,mj->mi", X_CG[m:, :3, :3][is_cloud], others.p_CP)
     return whole._replace(**columns), X_CG
 
@@ -240,6 +241,8 @@ def _derivatives(
         moved = column.copy()
         # D_v (w x o) = (w . (o x D_v^T)), row by row.
         moved[:, :, :3] += np.cross(offset[:, np.newaxis], column[:, :, 3:])
-        turned = [R_WC @ part @ R_WC.transpose(0, 2, 1) for part in np.split(moved, 2, axis=2)]
+        R_CW = R_WC.transpose(0, 2, 1)
+        parts = np.split(moved, 2, axis=2)
+        turned = [product(product(R_WC, part), R_CW) for part in parts]
         columns[name] = np.concatenate(turned, axis=2)
     return columns
