@@ -1,13 +1,11 @@
 """Poses of a Panda's hand per second, beside Pinocchio, and what more tries are worth.
 
-``python -m benchmarks.inverse_kinematics`` prints the table: each answer is compared with its pose
-by Pinocchio's forward kinematics, so that a speed-up that misses shows. All use the processor time
-of one process. Pinocchio has no solver: its row is the loop of damped least squares of its
-documentation, from ten starts.
-``--write`` writes docs/inverse_kinematics.csv and .png: for each number of tries the poses that
-are left, and the time, of three arms, of a Panda in its cell, and at limits. ``--quick`` takes a
-tenth of the poses. Where Pinocchio is not installed it is left out, and that is
-said.
+``python -m benchmarks.inverse_kinematics`` prints the table. Each answer is compared with its pose
+by the poses of links, so that a speed-up that misses shows. All is processor time of one process.
+Pinocchio has no solver: its row is the loop of damped least squares of its documentation, from ten
+starts; where it is not installed it is left out, and that is said. ``--write`` writes
+docs/inverse_kinematics.csv and .png: for each number of tries the poses that are left, and the
+time, of three arms, of a Panda in its cell, and at limits. ``--quick`` takes a tenth of the poses.
 """
 
 from __future__ import annotations
@@ -15,6 +13,8 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Sequence
 import csv
+from functools import partial
+import importlib
 import os
 from pathlib import Path
 import time
@@ -112,7 +112,7 @@ def _ours(panda: _Panda) -> list[_Row]:
     for name, (robots, options) in asked.items():
         inverse_kinematics_of_poses(robots, _HAND, X_WTs[:8], **options)
         seconds, found = _timed(
-            lambda r=robots, o=options: inverse_kinematics_of_poses(r, _HAND, X_WTs, **o)
+            partial(inverse_kinematics_of_poses, robots, _HAND, X_WTs, **options)
         )
         rows.append(panda.row(name, seconds, found.configurations))
     few = X_WTs[:_SLOW]
@@ -130,7 +130,7 @@ def _ours(panda: _Panda) -> list[_Row]:
 
 def _pinocchio(panda: _Panda) -> list[_Row]:
     """Damped least squares, as Pinocchio's documentation has them, of ten random starts."""
-    import pinocchio
+    pinocchio = importlib.import_module("pinocchio")
 
     model = pinocchio.buildModelFromUrdf(str(resolve_resource(_PANDA)))
     model = pinocchio.buildReducedModel(model, [8, 9], pinocchio.neutral(model))
@@ -210,9 +210,7 @@ def _curves(panda: _Panda, count: int) -> list[tuple[str, int, float, float]]:
         X_WTs = own.link_poses(q, [link])[:, 0]
         for tries in _TRIES:
             seconds, found = _timed(
-                lambda r=robots, k=link, X=X_WTs, t=tries: inverse_kinematics_of_poses(
-                    r, k, X, tries=t
-                )
+                partial(inverse_kinematics_of_poses, robots, link, X_WTs, tries=tries)
             )
             left = 1.0 - float(found.is_success.mean())
             result.append((name, tries, left, 1e6 * seconds / count))

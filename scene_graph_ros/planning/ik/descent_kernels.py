@@ -282,7 +282,8 @@ def _equations(task, state, H, g, A, held, n):
         is_held = ((here <= lower) & (total < 0.0)) | ((here >= upper) & (total > 0.0))
         store_lanes(g, j * LANES, select(is_held, every(0.0), total))
         store_lanes(held, j * LANES, select(is_held, every(0.0), every(1.0)))
-        is_any_held = is_any_held or any_of(is_held)
+        if any_of(is_held):
+            is_any_held = True
     if is_any_held:
         for j in range(6 * n):
             entry = load_lanes(J, j * LANES) * load_lanes(held, (j % n) * LANES)

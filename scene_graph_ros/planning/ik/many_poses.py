@@ -83,7 +83,7 @@ def inverse_kinematics_of_poses(
     rigid, and KinematicTreeError for an unknown link or group, and for ``near`` with numbers that
     mean nothing.
     """
-    is_tree = isinstance(checker, KinematicTree)
+    free = None if isinstance(checker, KinematicTree) else checker
     tree = checker if isinstance(checker, KinematicTree) else checker.plan.tree
     tries, seed = whole_number("tries", tries, least=1), whole_number("seed", seed)
     moves = which_move(tree, link, group)
@@ -96,7 +96,6 @@ def inverse_kinematics_of_poses(
     stays = carrying_positions(tree, link) & ~moves
     for rows in _alike(q[:, stays]):
         search = pose_search(tree, link, X, moves, q[rows[0]], tries=tries, seed=seed)
-        free = None if is_tree else checker
         for first in range(0, len(rows), _CHUNK):
             part = rows[first : first + _CHUNK]
             _Chunk(search, poses[part], q[part], near is not None, tries, free).solve(result, part)
@@ -169,14 +168,12 @@ class _Chunk:
         """Take up the nearest tries once more, and write what is nearest then."""
         if not len(at):
             return
-        tries = Tries(*(each[at] for each in self._tries))
+        tries = self._tries.of(at)
         blocked = np.where(tries.reached.any(axis=1), self._order(tries, at)[:, 0], -1)
         self._write(tries, blocked, at, result, rows, is_success=False)
         open_ones = np.flatnonzero(blocked < 0)
         at = at[open_ones]
-        made = self._search.polished(
-            self._goals[at], self._homes[at], Tries(*(each[open_ones] for each in tries))
-        )
+        made = self._search.polished(self._goals[at], self._homes[at], tries.of(open_ones))
         self._write(made, self._search.nearest(made)[:, 0], at, result, rows, is_success=False)
         self._write(made, self._chosen(made, at), at, result, rows, is_success=True)
 

@@ -57,6 +57,18 @@ class Tries(NamedTuple):
     reached: NDArray[np.bool_]
     """``(m, k)``: both are within their tolerances."""
 
+    def of(self, rows: NDArray[np.intp]) -> Tries:
+        """Return all tries of some poses."""
+        return Tries(self.x[rows], self.errors[rows], self.reached[rows])
+
+    def joined(self, more: Tries) -> Tries:
+        """Return these tries of all poses, and others after them."""
+        return Tries(
+            np.concatenate([self.x, more.x], axis=1),
+            np.concatenate([self.errors, more.errors], axis=1),
+            np.concatenate([self.reached, more.reached], axis=1),
+        )
+
     def at(self, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> Tries:
         """Return some tries of some poses: ``rows`` ``(r,)``, ``columns`` ``(r, c)``."""
         place = rows[:, np.newaxis], columns
@@ -161,7 +173,7 @@ class PoseSearch:
         about = ends.at(rows, self.nearest(ends)[:, :1]).x + self._table.shakes
         starts = np.clip(about, self.chain.lower, self.chain.upper)
         shaken = self._descended(goals, homes, starts, np.zeros(starts.shape[1]), _STEPS, True)
-        return Tries(*(np.concatenate(both, axis=1) for both in zip(ends, shaken, strict=True)))
+        return ends.joined(shaken)
 
     def nearest(self, tries: Tries) -> NDArray[np.intp]:
         """Return which tries came nearest, in order, ``(m, k)``.

@@ -133,9 +133,7 @@ class _Found:
 
     def add(self, tries: Tries) -> None:
         """Sort in where tries ended."""
-        self.made = Tries(
-            *(np.concatenate(both, axis=1) for both in zip(self.made, tries, strict=True))
-        )
+        self.made = self.made.joined(tries)
         reached = self._configurations(tries.x[tries.reached])
         is_free = np.ones(len(reached), dtype=np.bool_)
         if self._checker is not None and len(reached):
