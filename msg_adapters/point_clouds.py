@@ -1,4 +1,4 @@
-"""Points that a sensor sends: ``sensor_msgs/PointCloud2`` to arrays, whatever its layout.
+"""Points that a sensor sends: ``sensor_msgs/PointCloud2`` of any layout to arrays.
 
 The message says of itself where x, y and z are in its bytes, how wide they are and in which order.
 None of that is believed before it fits the bytes that are there.
@@ -24,7 +24,7 @@ _FLOATS = {PointField.FLOAT32: "f4", PointField.FLOAT64: "f8"}
 
 
 class SensedPoints(NamedTuple):
-    """What a sensor saw at one time."""
+    """A sensor's points at one time."""
 
     frame_id: str
     """The frame in which the points are; never empty."""
@@ -66,7 +66,7 @@ def points_from_msg(msg: PointCloud2, most: int) -> SensedPoints:
 
 
 def _point_type(msg: PointCloud2) -> np.dtype[np.void]:
-    """Return where x, y and z are in the bytes of a point."""
+    """Return the type of a point's bytes, with the places of x, y and z."""
     order, offsets, kinds = ">" if msg.is_bigendian else "<", [], []
     for name in _AXES:
         fields = [field for field in msg.fields if field.name == name]

@@ -100,7 +100,7 @@ class DeformableMarkers:
         return append_markers(data, appendices, self._fill), len(appendices)
 
     def _empty_marker(self, item: DeformableItem) -> Marker:
-        """Return the marker of an item, without what changes."""
+        """Return the marker of an item, without its changing parts."""
         return empty_marker(item.item, self._frame_id)
 
     def _corners(self, item: DeformableItem, p_WVs: NDArray[np.float64]) -> NDArray[np.float64]:

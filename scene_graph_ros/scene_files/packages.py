@@ -228,7 +228,7 @@ def resolve_resource(
 
 
 def _spelled(path: Path, is_quoted: bool, reach: Reach, endings: tuple[str, ...]) -> Path:
-    """Return the path, or what it is without percent signs: the one that may be named and exists.
+    """Return the path, or its form without percent signs: the one that may be named and exists.
 
     Of a path that may not be named it is not looked at whether it exists. Raises OSError.
     """

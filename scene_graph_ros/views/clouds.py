@@ -1,4 +1,4 @@
-"""What there is to draw of clouds: their balls, which change."""
+"""Drawings of clouds: their balls, which change."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ _SMALLEST = 0.002
 def cloud_items(
     inspector: SceneGraphInspector, role: Role, geometry_ids: Iterable[GeometryId]
 ) -> list[DeformableItem]:
-    """Return what to draw of clouds with ``role``: triangles of ``octahedra_in_world``."""
+    """Return the drawings of clouds with ``role``: triangles of ``octahedra_in_world``."""
     items = draw_items(inspector, role, geometry_ids)
     return [DeformableItem(item, _triangles()) for item in items]
 
 
 @functools.cache
 def _triangles() -> NDArray[np.int64]:
-    """Return those of as many octahedra as there may be; what is not needed has no size."""
+    """Return those of as many octahedra as there may be; spare ones have no size."""
     first = 6 * np.arange(MOST_DRAWN)[:, np.newaxis, np.newaxis]
     result: NDArray[np.int64] = (_FACES + first).reshape(-1, 3)
     return result
@@ -69,5 +69,5 @@ def balls_in_world(snapshot: Snapshot, geometry_id: GeometryId) -> list[NDArray[
 
 
 def placed_version(snapshot: Snapshot, geometry_id: GeometryId) -> tuple[PointSet, bytes]:
-    """Return what is another where the balls are others, or elsewhere."""
+    """Return a value that differs where the balls differ, or are elsewhere."""
     return snapshot.point_set(geometry_id), snapshot.pose_in_world(geometry_id).tobytes()

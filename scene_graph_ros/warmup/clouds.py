@@ -1,4 +1,4 @@
-"""What compiles the kernels of clouds: queries, and checks and proofs against them."""
+"""Calls that compile the kernels of clouds: queries, and checks and proofs against them."""
 
 from __future__ import annotations
 

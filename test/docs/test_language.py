@@ -30,7 +30,7 @@ CEILINGS = {
 }
 """Such words in 1000 of docstrings. Two are the aim everywhere."""
 
-MOST_OPENINGS = 430
+MOST_OPENINGS = 470
 """Docstrings that open with a verb and such a clause; 30 are the aim."""
 
 

@@ -1,4 +1,4 @@
-"""What the markers of a role need where the role has clouds."""
+"""Markers of a role's clouds."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class RoleClouds(RoleDeformables):
     """Balls of the clouds with a role, for the markers of the role."""
 
     def __init__(self, role: Role, frame_id: str, warn: Callable[[int, Exception], None]) -> None:
-        """Take what markers of deformable geometry take."""
+        """Take the arguments of markers of deformable geometry."""
         super().__init__(role, frame_id, warn)
         self._versions: dict[int, tuple[object, bytes]] = {}
 

@@ -171,7 +171,7 @@ def _obstacles(
 
 
 def _count(scope: QueryScope) -> int:
-    """Return how many obstacles there are at most."""
+    """Return the largest number of obstacles."""
     snapshot = scope.snapshot.query.snapshot
     clouds = snapshot.state.element_ids(Role.PROXIMITY)
     return len(snapshot.proximity.ids) + sum(snapshot.point_set(each).count for each in clouds)

@@ -58,11 +58,11 @@ class Deforming(NamedTuple):
         return {**_entry(self.item.item, self.number), "form": "vertices", "mesh": self.mesh}
 
     def version(self, snapshot: Snapshot) -> Any:
-        """Return what is another, by ``!=``, where its vertices are others in a snapshot."""
+        """Return a value that differs, by ``!=``, where its vertices differ in a snapshot."""
         return snapshot.configuration(self.geometry_id)
 
     def vertices(self, snapshot: Snapshot) -> NDArray[np.float64]:
-        """Return where its vertices ``(v, 3)`` are in W, in m."""
+        """Return its vertices ``(v, 3)`` in W, in m."""
         (p_WVs,) = snapshot.driven_mesh_configurations(self.geometry_id, self.role)
         return p_WVs
 
