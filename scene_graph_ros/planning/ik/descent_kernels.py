@@ -32,6 +32,7 @@ from scene_graph_ros.geometry.compiled.lanes import (
     store_lanes,
 )
 from scene_graph_ros.planning.ik.chain_kernels import place_tool, quaternion_product
+from scene_graph_ros.planning.ik.lane_equations import solve_in_place
 
 __all__ = ["Descents", "descend"]
 
@@ -49,9 +50,6 @@ _LESS_DAMPING = 1e-8
 
 _LEAST = 1e-13
 """Keeps equations solvable where a coordinate does not move the tool."""
-
-_PIVOT = 1e-14
-"""Relative to the diagonal's entry: a smaller pivot is rounding."""
 
 _WINDOW = 6
 """Steps in which the squared error must fall by half, or a descent is given up."""
@@ -241,34 +239,6 @@ def _equations(task, state, H, g, A, held, n):
 
 
 @inlined_kernel
-def _solve(H, g, v, inverse, n):
-    """Replace g ``(n, LANES)`` by the solution of ``H x = g``, by LDL^T in place."""
-    for i in range(n):
-        row = i * (i + 1) // 2
-        pivot = load_lanes(H, (row + i) * LANES)
-        least = _PIVOT * pivot
-        y = load_lanes(g, i * LANES)
-        for j in range(i):
-            at = j * (j + 1) // 2
-            total = load_lanes(H, (row + j) * LANES)
-            for k in range(j):
-                total = total - load_lanes(v, k * LANES) * load_lanes(H, (at + k) * LANES)
-            store_lanes(v, j * LANES, total)
-            entry = total * load_lanes(inverse, j * LANES)
-            store_lanes(H, (row + j) * LANES, entry)
-            pivot = pivot - total * entry
-            y = y - entry * load_lanes(g, j * LANES)
-        store_lanes(inverse, i * LANES, 1.0 / larger(pivot, least))
-        store_lanes(g, i * LANES, y)
-    for i in range(n - 1, -1, -1):
-        y = load_lanes(g, i * LANES) * load_lanes(inverse, i * LANES)
-        for k in range(i + 1, n):
-            entry = load_lanes(H, (k * (k + 1) // 2 + i) * LANES)
-            y = y - entry * load_lanes(g, k * LANES)
-        store_lanes(g, i * LANES, y)
-
-
-@inlined_kernel
 def _step(task, state, g, n):
     """Write x and the step g, shortened and within limits, to t, but for fresh lanes."""
     most = every(1.0)
@@ -434,5 +404,5 @@ def descend(chain, task, ends, errors):
                 part = numbers[_DAMPING, k] * numbers[_ERROR, k]
                 numbers[_AMOUNT, k] = part + _LEAST
         _equations(task, state, H, g, A, v, n)
-        _solve(H, g, v, inverse, n)
+        solve_in_place(H, g, v, inverse, n)
         _step(task, state, g, n)
