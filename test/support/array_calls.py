@@ -7,10 +7,12 @@ from robot_scenes import SLIDE
 
 from scene_graph_ros.geometry import Sphere
 from scene_graph_ros.planning import (
+    inverse_kinematics_of_poses,
     LinearDistanceAndInterpolationProvider,
     load_robot_diagram,
     MaxCliqueSolverViaMip,
     plan_path,
+    plan_straight,
     RationalForwardKinematics,
     region_around,
     RobotDiagram,
@@ -39,6 +41,9 @@ Q1, Q2 = [1.0, 2], [3.0, 5]
 SOME = [Q1, Q2, [0.0, 7]]
 EDGES = [[Q1, Q2], [Q2, Q1]]
 T = [0.0, 1, 2]
+
+AT_2 = [[1.0, 0, 0, 2], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+"""A pose at x = 2."""
 
 
 class Rails:
@@ -255,6 +260,18 @@ CALLS = {
     "RobotDiagramBuilder.add_robot": (
         lambda w, X_WB: RobotDiagramBuilder().add_robot("r", w.urdf, X_WB=X_WB).X_WB,
         {"X_WB": TURNED},
+    ),
+    "inverse_kinematics_of_poses": (
+        lambda w, X_WTs, X_LT, near: (
+            inverse_kinematics_of_poses(w.free, "left/ball", X_WTs, X_LT, near).configurations
+        ),
+        {"X_WTs": [AT_2, AT_2], "X_LT": np.eye(4).tolist(), "near": Q1},
+    ),
+    "plan_straight": (
+        lambda w, start, X_WTs, X_LT: (
+            plan_straight(w.free, start, X_WTs, "left/ball", X_LT).configurations
+        ),
+        {"start": Q1, "X_WTs": [AT_2], "X_LT": np.eye(4).tolist()},
     ),
     "plan_path": (
         lambda w, start, goal: plan_path(w.free, start, goal).configurations,

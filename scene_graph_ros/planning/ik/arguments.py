@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.planning.ik.pose_target import InverseKinematicsError
 from scene_graph_ros.robots.kinematic_tree import KinematicTree
@@ -27,7 +28,7 @@ def whole_number(name: str, value: Any, *, least: int = 0) -> int:
 
 
 def first_configurations(
-    tree: KinematicTree, near: ArrayLike | None, count: int | None = None
+    tree: KinematicTree, near: ArrayLike | None, count: int | None = None, *, name: str = "near"
 ) -> NDArray[np.float64]:
     """Return a copy of ``near`` for each of so many poses ``(count, nq)``, by default zero.
 
@@ -36,11 +37,12 @@ def first_configurations(
     """
     if near is None:
         near = np.clip(tree.zero_configuration(), tree.lower, tree.upper)
-    shape = np.shape(near)
+    array = real_array(near, f"{name} must be numbers", InverseKinematicsError)
+    shape = array.shape
     if len(shape) != 1 and not (count is not None and len(shape) == 2 and shape[0] == count):
         more = "" if count is None else f" or ({count}, nq)"
-        raise InverseKinematicsError(f"near must have shape (nq,){more}, not {shape}")
-    q = tree.checked_configurations(near)
+        raise InverseKinematicsError(f"{name} must have shape (nq,){more}, not {shape}")
+    q = tree.checked_configurations(array)
     for start in tree.table.starts[1:][tree.table.kinds[1:] == FLOATING]:
         parts = q[:, start : start + 4]
         q = q.copy()

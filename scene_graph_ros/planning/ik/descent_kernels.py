@@ -31,9 +31,10 @@ from scene_graph_ros.geometry.compiled.lanes import (
     smaller,
     store_lanes,
 )
-from scene_graph_ros.robots.tree_kernels import sines_cosines
+from scene_graph_ros.planning.ik.chain_kernels import place_tool, quaternion_product
+from scene_graph_ros.planning.ik.lane_equations import solve_in_place
 
-__all__ = ["Descents", "descend", "goals_in_base", "tool_poses"]
+__all__ = ["Descents", "descend"]
 
 _LONGEST = 0.8
 """rad: the change of an angle in a step at most."""
@@ -49,9 +50,6 @@ _LESS_DAMPING = 1e-8
 
 _LEAST = 1e-13
 """Keeps equations solvable where a coordinate does not move the tool."""
-
-_PIVOT = 1e-14
-"""Relative to the diagonal's entry: a smaller pivot is rounding."""
 
 _WINDOW = 6
 """Steps in which the squared error must fall by half, or a descent is given up."""
@@ -123,66 +121,6 @@ class _State(NamedTuple):
 
 
 @inlined_kernel
-def _turned(Q, W):
-    """Return the product of two quaternions, w first."""
-    a, b, c, d = Q
-    e, f, g, h = W
-    return (
-        a * e - b * f - c * g - d * h,
-        a * f + b * e + c * h - d * g,
-        a * g - b * h + c * e + d * f,
-        a * h + b * g - c * f + d * e,
-    )
-
-
-@inlined_kernel
-def _moved(Q, p, r):
-    """Return p and a vector r that is turned by a quaternion."""
-    w, a, b, c = Q
-    x, y, z = r
-    tx, ty, tz = 2.0 * (b * z - c * y), 2.0 * (c * x - a * z), 2.0 * (a * y - b * x)
-    return (
-        p[0] + (w * tx + (b * tz - c * ty) + x),
-        p[1] + (w * ty + (c * tx - a * tz) + y),
-        p[2] + (w * tz + (a * ty - b * tx) + z),
-    )
-
-
-@inlined_kernel
-def _place(chain, x, axes, origins, work):
-    """Write axes and origins ``(k, 3, LANES)`` of joints at ``x`` ``(n, LANES)``.
-
-    Return the tool's quaternion and place in B. ``work`` is ``(3, LANES)``.
-    """
-    zero = every(0.0)
-    Q, p = (every(1.0), zero, zero, zero), (zero, zero, zero)
-    angles, sines, cosines = work[0], work[1], work[2]
-    count = len(chain.slides)
-    for i in range(count):
-        F, r = chain.quaternions[i], chain.places[i]
-        p = _moved(Q, p, (r[0], r[1], r[2]))
-        Q = _turned(Q, (F[0], F[1], F[2], F[3]))
-        w, a, b, c = Q
-        axis = 2.0 * (a * c + w * b), 2.0 * (b * c - w * a), 1.0 - 2.0 * (a * a + b * b)
-        for m in range(3):
-            store_lanes(axes, (3 * i + m) * LANES, axis[m])
-            store_lanes(origins, (3 * i + m) * LANES, p[m])
-        value = every(chain.offsets[i])
-        if chain.columns[i] >= 0:
-            value = load_lanes(x, chain.columns[i] * LANES) * chain.multipliers[i] + value
-        if chain.slides[i]:
-            p = p[0] + axis[0] * value, p[1] + axis[1] * value, p[2] + axis[2] * value
-        else:
-            store_lanes(angles, 0, 0.5 * value)
-            sines_cosines(angles, sines, cosines)
-            s, c_ = load_lanes(sines, 0), load_lanes(cosines, 0)
-            Q = w * c_ - c * s, a * c_ + b * s, b * c_ - a * s, c * c_ + w * s
-    F, r = chain.quaternions[count], chain.places[count]
-    p = _moved(Q, p, (r[0], r[1], r[2]))
-    return _turned(Q, (F[0], F[1], F[2], F[3])), p
-
-
-@inlined_kernel
 def _jacobian(chain, axes, origins, p, J, n):
     """Write the Jacobian ``(6, n, LANES)`` of the tool: turning, then sliding, in B."""
     for i in range(6 * n):
@@ -232,7 +170,7 @@ def _evaluate(chain, goal, x, tolerances, axes, origins, work, J, e, n):
 
     Those of the turn's Rodrigues parameters, of the way, and of the residual.
     """
-    Q, p = _place(chain, x, axes, origins, work)
+    Q, p = place_tool(chain, x, axes, origins, work)
     _jacobian(chain, axes, origins, p, J, n)
     G = (
         load_lanes(goal, 0),
@@ -240,7 +178,7 @@ def _evaluate(chain, goal, x, tolerances, axes, origins, work, J, e, n):
         load_lanes(goal, 2 * LANES),
         load_lanes(goal, 3 * LANES),
     )
-    w, a, b, c = _turned(G, (Q[0], -Q[1], -Q[2], -Q[3]))
+    w, a, b, c = quaternion_product(G, (Q[0], -Q[1], -Q[2], -Q[3]))
     scale = 4.0 / (1.0 + magnitude(w))
     scale = select(w < 0.0, -scale, scale)
     r = scale * a, scale * b, scale * c
@@ -298,34 +236,6 @@ def _equations(task, state, H, g, A, held, n):
             if i == j:
                 total = total + amount + pull * task.weights[i]
             store_lanes(H, (i * (i + 1) // 2 + j) * LANES, total)
-
-
-@inlined_kernel
-def _solve(H, g, v, inverse, n):
-    """Replace g ``(n, LANES)`` by the solution of ``H x = g``, by LDL^T in place."""
-    for i in range(n):
-        row = i * (i + 1) // 2
-        pivot = load_lanes(H, (row + i) * LANES)
-        least = _PIVOT * pivot
-        y = load_lanes(g, i * LANES)
-        for j in range(i):
-            at = j * (j + 1) // 2
-            total = load_lanes(H, (row + j) * LANES)
-            for k in range(j):
-                total = total - load_lanes(v, k * LANES) * load_lanes(H, (at + k) * LANES)
-            store_lanes(v, j * LANES, total)
-            entry = total * load_lanes(inverse, j * LANES)
-            store_lanes(H, (row + j) * LANES, entry)
-            pivot = pivot - total * entry
-            y = y - entry * load_lanes(g, j * LANES)
-        store_lanes(inverse, i * LANES, 1.0 / larger(pivot, least))
-        store_lanes(g, i * LANES, y)
-    for i in range(n - 1, -1, -1):
-        y = load_lanes(g, i * LANES) * load_lanes(inverse, i * LANES)
-        for k in range(i + 1, n):
-            entry = load_lanes(H, (k * (k + 1) // 2 + i) * LANES)
-            y = y - entry * load_lanes(g, k * LANES)
-        store_lanes(g, i * LANES, y)
 
 
 @inlined_kernel
@@ -494,45 +404,5 @@ def descend(chain, task, ends, errors):
                 part = numbers[_DAMPING, k] * numbers[_ERROR, k]
                 numbers[_AMOUNT, k] = part + _LEAST
         _equations(task, state, H, g, A, v, n)
-        _solve(H, g, v, inverse, n)
+        solve_in_place(H, g, v, inverse, n)
         _step(task, state, g, n)
-
-
-@kernel
-def tool_poses(chain, x, poses):
-    """Write quaternions, w first, and places ``(m, 7)`` of the tool in B at ``x`` ``(m, n)``."""
-    m, n = x.shape
-    count = len(chain.slides)
-    axes, origins = np.empty((count, 3, LANES)), np.empty((count, 3, LANES))
-    work, here = np.empty((3, LANES)), np.zeros((n, LANES))
-    out = np.empty((7, LANES))
-    for first in range(0, m, LANES):
-        for k in range(LANES):
-            for j in range(n):
-                here[j, k] = x[min(first + k, m - 1), j]
-        Q, p = _place(chain, here, axes, origins, work)
-        for i in range(4):
-            store_lanes(out, i * LANES, Q[i])
-        for i in range(3):
-            store_lanes(out, (4 + i) * LANES, p[i])
-        for k in range(min(LANES, m - first)):
-            for i in range(7):
-                poses[first + k, i] = out[i, k]
-
-
-@kernel
-def goals_in_base(X_WTs, quaternions, X_WB, base, unit, goals):
-    """Write poses ``(m, 4, 4)`` seen from B as quaternions, w first, and places ``(m, 7)``.
-
-    ``quaternions`` ``(m, 4)`` are those of ``X_WTs``, ``base`` ``(4,)`` is that of ``X_WB``, both
-    with w last. Places are subtracted before they are turned; ``unit`` is theirs, in m.
-    """
-    back = base[3], -base[0], -base[1], -base[2]
-    for i in range(len(X_WTs)):
-        q, X = quaternions[i], X_WTs[i]
-        w, a, b, c = _turned(back, (q[3], q[0], q[1], q[2]))
-        goals[i, 0], goals[i, 1], goals[i, 2], goals[i, 3] = w, a, b, c
-        dx, dy, dz = X[0, 3] - X_WB[0, 3], X[1, 3] - X_WB[1, 3], X[2, 3] - X_WB[2, 3]
-        for m in range(3):
-            way = X_WB[0, m] * dx + X_WB[1, m] * dy + X_WB[2, m] * dz
-            goals[i, 4 + m] = way / unit

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.spatial.poses import quaternions_from_poses
-from scene_graph_ros.planning.ik.descent_kernels import descend, Descents, goals_in_base
+from scene_graph_ros.planning.ik.chain_kernels import goals_in_base
+from scene_graph_ros.planning.ik.descent_kernels import descend, Descents
 from scene_graph_ros.planning.ik.start_table import StartTable
 from scene_graph_ros.planning.ik.tool_chain import carrying_positions, ToolChain
 from scene_graph_ros.robots.kinematic_tree import KinematicTree

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.compiled.kernel import kernel
-from scene_graph_ros.planning.ik.descent_kernels import tool_poses
+from scene_graph_ros.planning.ik.chain_kernels import tool_poses
 from scene_graph_ros.planning.ik.tool_chain import ToolChain
 
 __all__ = ["StartTable"]

@@ -86,7 +86,7 @@ def plan_straight(
     moves, X = which_move(tree, link, group), as_pose(np.eye(4) if X_LT is None else X_LT, "X_LT")
     if start is None:
         raise InverseKinematicsError("start must be a configuration (nq,), not None")
-    q, poses = first_configurations(tree, start), as_poses(X_WTs, "X_WTs")
+    q, poses = first_configurations(tree, start, name="start"), as_poses(X_WTs, "X_WTs")
     (trouble,) = find_troubles(checker, q, checker.tolerance, new_stop(), moves=moves)
     if trouble is not None:
         words = f"the start {trouble.words}"
