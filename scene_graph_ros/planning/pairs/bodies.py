@@ -18,10 +18,11 @@ from scene_graph_ros.geometry.compiled.lanes import (
     larger,
     load_lanes,
     root,
+    smaller,
     store_lanes,
 )
-from scene_graph_ros.geometry.query.distance.pair_entry import PAIR_DISTANCE
 from scene_graph_ros.geometry.tables.held_table import borrowed_table
+from scene_graph_ros.planning.pairs.pair_measure import pair_distance
 from scene_graph_ros.planning.pairs.static_kernels import least_of, WORD
 from scene_graph_ros.planning.pairs.static_tree import StaticNodes
 from scene_graph_ros.robots.tree_kernels import compose_lanes, LANES, place_joints, TreeTable
@@ -61,7 +62,7 @@ class BodyTable(NamedTuple):
     inner: np.ndarray
     """``(b, INNER)``: what is inside each."""
     measure: int
-    """The address of PAIR_DISTANCE."""
+    """The address of what measures pairs, see ``pair_measure``."""
     nodes: StaticNodes
     """Of those that do not move, but half spaces; none where they are few."""
 
@@ -172,19 +173,23 @@ def place_bodies(tree, bodies, q, first, X_WB, places):
 
 @inlined_kernel
 def _from_box(bodies, a, b, places):
-    """Return how far A's ball is from B's box, for LANES configurations; negative in it."""
+    """Return how far A's ball is from B's box, for LANES configurations.
+
+    Where its centre is in the box, the distance is that to the nearest face, negative.
+    """
     X, center = places.X_WG[b], places.centers[a]
     lower, upper = bodies.lower[b], bodies.upper[b]
     x = load_lanes(center, 0) - load_lanes(X, 3 * LANES)
     y = load_lanes(center, LANES) - load_lanes(X, 7 * LANES)
     z = load_lanes(center, 2 * LANES) - load_lanes(X, 11 * LANES)
-    square = every(0.0)
+    square, farthest = every(0.0), every(-math.inf)
     for i in range(3):
         along = load_lanes(X, i * LANES) * x + load_lanes(X, (4 + i) * LANES) * y
         along = along + load_lanes(X, (8 + i) * LANES) * z
-        beyond = larger(larger(lower[i] - along, along - upper[i]), 0.0)
+        beyond = larger(lower[i] - along, along - upper[i])
+        farthest, beyond = larger(farthest, beyond), larger(beyond, 0.0)
         square = square + beyond * beyond
-    return root(square) - bodies.radii[a]
+    return root(square) + smaller(farthest, 0.0) - bodies.radii[a]
 
 
 @inlined_kernel
@@ -224,12 +229,9 @@ def _pose_of(X, k):
     return rotation, (X[3, k], X[7, k], X[11, k])
 
 
-_pair_distance = PAIR_DISTANCE.call
-
-
 @merged_kernel
 def distance_at(held, bodies, pairs, p, k, places, max_distance, tolerance):
-    """Return what PAIR_DISTANCE says of a pair in configuration k.
+    """Return what measures pairs says of one in configuration k.
 
     In the order in which the scene's own queries ask, so that they cannot disagree.
     """
@@ -241,4 +243,4 @@ def distance_at(held, bodies, pairs, p, k, places, max_distance, tolerance):
     i, j = bodies.rows[a], bodies.rows[b]
     size = max(table.scale[i], table.scale[j])
     arguments = held, i, j, X_WA, X_WB, max_distance, tolerance * size
-    return _pair_distance(bodies.measure, arguments)
+    return pair_distance(bodies.measure, arguments)

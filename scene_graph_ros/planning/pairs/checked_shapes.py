@@ -11,9 +11,9 @@ from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.query.candidates.rows import candidate_rows
 from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
-from scene_graph_ros.geometry.query.distance.pair_entry import PAIR_DISTANCE
 from scene_graph_ros.geometry.tables.held_table import HeldTable, hold
 from scene_graph_ros.geometry.tables.table_arrays import ShapeTable
+from scene_graph_ros.planning.pairs.pair_measure import measure_address
 
 __all__ = ["CheckedShapes", "checked_shapes"]
 
@@ -86,9 +86,8 @@ class CheckedShapes(NamedTuple):
     def again(self) -> CheckedShapes:
         """Return the same with addresses of this process, into which it was unpickled."""
         if not self.clouds:
-            return self._replace(held=hold(self.table), measure=PAIR_DISTANCE.address())
+            return self._replace(held=hold(self.table), measure=measure_address(has_clouds=False))
         from scene_graph_ros.geometry.query.elements.element_places import hold_elements
-        from scene_graph_ros.geometry.query.elements.pair_entry import ELEMENT_DISTANCE
         from scene_graph_ros.geometry.tables.point_tree import held_again
 
         clouds = tuple(map(held_again, self.clouds))
@@ -96,7 +95,7 @@ class CheckedShapes(NamedTuple):
         columns = ("kind", "size", "hull", "surface", "exact", "lower", "upper", "scale")
         own = self.table._replace(**{name: getattr(self.table, name)[:first] for name in columns})
         held = hold_elements(own, clouds).held
-        return self._replace(held=held, measure=ELEMENT_DISTANCE.address(), clouds=clouds)
+        return self._replace(held=held, measure=measure_address(has_clouds=True), clouds=clouds)
 
     def packed(self) -> CheckedShapes:
         """Return the same without addresses, to be pickled."""
@@ -111,14 +110,13 @@ def checked_shapes(snapshot: Snapshot) -> CheckedShapes:
     if not proximity.has_elements:
         return CheckedShapes(
             proximity.held,
-            PAIR_DISTANCE.address(),
+            measure_address(has_clouds=False),
             np.arange(count),
             proximity.geometry_ids,
             proximity.frame.astype(np.int64),
             proximity.X_FG,
             snapshot.X_WG,
         )
-    from scene_graph_ros.geometry.query.elements.pair_entry import ELEMENT_DISTANCE
     from scene_graph_ros.geometry.query.elements.scene import clouds_of
 
     clouds = clouds_of(snapshot)
@@ -129,7 +127,7 @@ def checked_shapes(snapshot: Snapshot) -> CheckedShapes:
     none = np.eye(4)[np.newaxis]
     return CheckedShapes(
         clouds.table.held,
-        ELEMENT_DISTANCE.address(),
+        measure_address(has_clouds=True),
         rows[order],
         tuple(every[k] for k in order.tolist()),
         np.concatenate([proximity.frame, [0], clouds.rows.frame]).astype(np.int64),

@@ -14,7 +14,6 @@ import numpy as np
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.compiled.lanes import load_number, store_lanes
 from scene_graph_ros.geometry.compiled.places import LAST_PLACE
-from scene_graph_ros.geometry.query.distance.pair_entry import PAIR_DISTANCE
 from scene_graph_ros.geometry.tables.holding import Holding
 from scene_graph_ros.planning.pairs.bodies import (
     BodyTable,
@@ -22,6 +21,7 @@ from scene_graph_ros.planning.pairs.bodies import (
     place_bodies,
     Places,
 )
+from scene_graph_ros.planning.pairs.pair_measure import pair_distance
 from scene_graph_ros.planning.pairs.separation_kernels import separation
 from scene_graph_ros.planning.pairs.separation_lanes import place_cover, pose_in_cover, separations
 from scene_graph_ros.planning.pairs.static_kernels import find_near
@@ -109,7 +109,6 @@ def _example() -> NearTable:
 
 _holding = Holding("a table of pairs", _example)
 _borrowed, near_places = _holding.borrowed, _holding.places
-_pair_distance = PAIR_DISTANCE.call
 
 
 @inlined_kernel
@@ -186,7 +185,7 @@ def _write_row(held, table, p, influence, row):
         max(limit, 0.0),
         0.0,
     )
-    phi, p_WCa, p_WCb, nhat, _ = _pair_distance(table.bodies.measure, arguments)
+    phi, p_WCa, p_WCb, nhat, _ = pair_distance(table.bodies.measure, arguments)
     if not phi <= limit:
         return False
     gradient = table.gradients[row]

@@ -138,7 +138,7 @@ def _groups(
     That is where all joints are at zero; elsewhere only the time that it saves may be another.
     """
     tree, table = plan.tree, plan.bodies
-    X_WJ = tree.link_poses(np.zeros(tree.num_positions)) if tree.num_positions else None
+    X_WJ = tree.link_poses(tree.zero_configuration()) if tree.num_positions else None
     if X_WJ is None or not np.isfinite(X_WJ).all():
         return [(k, k + 1) for k in range(first, last)]
     X_WG = product(X_WJ[plan.owners[: len(plan.carried)]], plan.X_LG)

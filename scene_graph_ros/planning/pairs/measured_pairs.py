@@ -1,12 +1,10 @@
 """Distances of pairs of rows by the address of what measures them, one after the other."""
 
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel
-from scene_graph_ros.geometry.query.distance.pair_entry import PAIR_DISTANCE
 from scene_graph_ros.geometry.spatial.vectors import load_rotation, load_translation
+from scene_graph_ros.planning.pairs.pair_measure import pair_distance
 
 __all__ = ["measure_pairs"]
-
-_pair_distance = PAIR_DISTANCE.call
 
 
 @lean_kernel
@@ -17,4 +15,4 @@ def measure_pairs(held, measure, X_WG, pairs, max_distance, distances):
         X_WA = load_rotation(X_WG, i), load_translation(X_WG, i)
         X_WB = load_rotation(X_WG, j), load_translation(X_WG, j)
         arguments = held, i, j, X_WA, X_WB, max_distance, 0.0
-        distances[k] = _pair_distance(measure, arguments)[0]
+        distances[k] = pair_distance(measure, arguments)[0]

@@ -12,6 +12,9 @@ __all__ = ["separation", "separations_at"]
 _ROUNDING = 1e-14
 """Of the lengths that are subtracted: what rounding may add to a distance."""
 
+_TINY = 1e-300
+"""Square metres: smaller squares have lost digits."""
+
 
 @inlined_kernel
 def _dot(X, i, x, y, z, k):
@@ -44,7 +47,7 @@ def separation(bodies, a, b, places, k):
 
     The largest along the faces' normals of both boxes, and from A's centre to B's box (Gottschalk
     and others, *OBBTree*, 1996, section 5, without the axes of two edges). Never more than the
-    truth; negative where nothing is sure.
+    truth, also where the bodies overlap.
     """
     if bodies.radii[b] == math.inf:
         return _above_half_space(bodies, a, b, places, k)
@@ -70,7 +73,7 @@ def separation(bodies, a, b, places, k):
                 beyond += excess * excess
                 excess *= sign
                 ox, oy, oz = ox + excess * ux, oy + excess * uy, oz + excess * uz
-    if beyond > 0.0:
+    if beyond > _TINY:
         beyond = math.sqrt(beyond)
         ox, oy, oz = ox / beyond, oy / beyond, oz / beyond
         extent = _extent(bodies, a, X_A, ox, oy, oz, k)
@@ -120,7 +123,7 @@ def _above_half_spaces(bodies, a, b, places):
 def separations_at(bodies, a, b, places):
     """Return what ``separation`` says of a pair's distance in eight configurations, or more.
 
-    Never more than the truth; negative where nothing is sure.
+    Never more than the truth, also where the bodies overlap.
     """
     if bodies.radii[b] == math.inf:
         return _above_half_spaces(bodies, a, b, places)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,6 +14,7 @@ from scene_graph_ros.geometry.compiled.lanes import (
     load_number,
     magnitude,
     root,
+    select,
     smaller,
     with_sign,
 )
@@ -27,7 +30,8 @@ centre is that of both."""
 _ROUNDING = 1e-14
 """Of the lengths that are subtracted: what rounding may add to a distance."""
 
-_TINY = 1e-300
+_TINY = 1e-150
+"""Metres: the squares of smaller lengths have no digits left."""
 
 
 def new_covers(
@@ -112,7 +116,7 @@ def _along_face(far, own, half, cosines, radius):
 
 @inlined_kernel
 def _from_centre(apart, half, rotation, other_half, radius, size):
-    """Return how far a body is from the nearest point of a box to its centre.
+    """Return how far a body is from the nearest point of a box to its centre, -inf where it is in.
 
     ``apart``: where the body's centre is, in the box's frame; ``rotation``: the body's axes there,
     ``half`` and ``radius``: how far it reaches; ``size``: how long all that is, for rounding.
@@ -128,12 +132,13 @@ def _from_centre(apart, half, rotation, other_half, radius, size):
         magnitude(dot(rotation[2], beyond)),
     )
     extent = smaller(dot(half, along) / larger(length, _TINY), radius)
-    return length - extent - _ROUNDING * (size + extent)
+    apart = length - extent - _ROUNDING * (size + extent)
+    return select(length > _TINY, apart, -math.inf)
 
 
 @inlined_kernel
 def separations(covers, at_A, at_B):
-    """Return lower bounds of the distances of eight pairs; negative where nothing is sure.
+    """Return lower bounds of the signed distances of eight pairs.
 
     The largest along the faces' normals of both boxes (Gottschalk and others, *OBBTree*, 1996,
     section 5, without the axes of two edges), and from each centre to the other's box. ``at_A``

@@ -103,6 +103,22 @@ def test_bounds_of_balls_and_of_boxes_face_to_face():
     np.testing.assert_allclose(bounds, d, rtol=0.0, atol=1e-13)
 
 
+def test_bounds_of_boxes_in_boxes_are_how_deep_they_are():
+    """Boxes turned alike, one's centre in the other: as deep as along the axis of least depth."""
+    rng = np.random.default_rng(4)
+    halves = rng.uniform(0.1, 1.0, (2 * EIGHT, 3))
+    rotations = Rotation.random(2 * EIGHT, random_state=rng).as_matrix()
+    rotations[EIGHT:] = rotations[:EIGHT]
+    offsets = rng.uniform(-1.0, 1.0, (EIGHT, 3)) * halves[EIGHT:]
+    offsets[0], offsets[1, 1:] = 0.0, 0.0
+    centers = np.zeros((2 * EIGHT, 3))
+    centers[:EIGHT] = np.einsum("nij,nj->ni", rotations[:EIGHT], offsets)
+    depths = (halves[:EIGHT] + halves[EIGHT:] - np.abs(offsets)).min(axis=1)
+    for radii in (np.linalg.norm(halves, axis=1), np.full(2 * EIGHT, 10.0)):
+        bounds = _bounds(halves, radii, rotations, centers)
+        np.testing.assert_allclose(bounds, -depths, rtol=0.0, atol=1e-13)
+
+
 def test_of_half_spaces_nothing_is_known_and_bodies_are_placed_by_configuration():
     """Covers of half spaces are zero; a body's axes and centre are those of its configuration."""
     lower, upper = np.array([[-1.0, -2.0, -3.0], [-np.inf] * 3]), np.array([[3.0, 4.0, 5.0]] * 2)
