@@ -33,8 +33,9 @@ _NEAR = 1e-3
 _ORDERS = {"velocity": 1, "acceleration": 2, "jerk": 3}
 """What of a trajectory becomes less with which power of its speed."""
 
-_SPARE = 1.0 + 1e-12
-"""Times what makes a trajectory slow enough, so that rounding does not undo it."""
+_SPARE = 1e-12
+"""By how much more a trajectory is slowed down than enough, so that rounding does not undo it: at
+first; then twice as much each time."""
 
 _ROUNDS = 30
 """How often a trajectory is slowed down."""
@@ -85,7 +86,7 @@ def slowed(
     many ``rounds`` the rest of the excess is returned, with a factor that may do. Raises
     TrajectoryError for what would take too long for a message.
     """
-    for _ in range(rounds):
+    for turn in range(rounds):
         nanoseconds = np.rint(times * factor * 1e9)
         if not nanoseconds[-1] <= _LONGEST * 1e9:
             raise TrajectoryError(f"the trajectory would take more than {_LONGEST:g} s")
@@ -95,7 +96,7 @@ def slowed(
             return Sampled(points, None, factor, motion, rise_time)
         if worst.ratio == np.inf:
             break
-        factor *= worst.ratio ** (1.0 / _ORDERS[worst.kind]) * _SPARE
+        factor *= worst.ratio ** (1.0 / _ORDERS[worst.kind]) * (1.0 + _SPARE * 2.0**turn)
     return Sampled(points, worst, factor, motion, rise_time)
 
 

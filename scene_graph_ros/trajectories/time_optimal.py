@@ -15,6 +15,7 @@ from scene_graph_ros.trajectories.path_parameterized_trajectory import (
 )
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
 from scene_graph_ros.trajectories.polynomials_of import Polynomials, polynomials_of
+from scene_graph_ros.trajectories.smooth_pieces import corners_of
 from scene_graph_ros.trajectories.time_optimal_kernels import (
     fastest_squared_speeds,
     Stretches,
@@ -26,10 +27,13 @@ GRID_POINTS = 16
 """Stretches of a curved segment with one speedup each."""
 
 _SMOOTH = 1e-9
-"""Relative: where a path's direction changes by more at a break, it has a corner."""
+"""Relative: what differs by less is the same, but for rounding."""
 
 _BENT = 2.0
 """A segment whose direction changes by less than half of it takes fewer stretches."""
+
+_OF_PIECE = 2.0
+"""A segment that is less than half of its way from one corner to the next, too."""
 
 _NO_PEAK = 1e-4
 """Relative: where a stretch's squared speeds differ by less, no faster phase inside of it is worth
@@ -88,12 +92,9 @@ class _Stretches:
     def __init__(self, path: PiecewisePolynomial, limits: MotionLimits, grid: int) -> None:
         self.path, self.limits = path, limits
         is_straight = straight_segments(path)
-        # A segment that hardly bends takes fewer stretches.
-        bends = np.abs(np.diff(path.control_points, 2, axis=1)).sum(axis=1)
-        ways = np.abs(np.diff(path.control_points, axis=1)).sum(axis=1)
-        turns = (bends / limits.velocities).max(axis=1) / (ways / limits.velocities).max(axis=1)
-        needed = np.ceil(grid * _BENT * path.degree * turns).clip(1, grid).astype(np.int64)
-        counts = np.where(is_straight, 1, needed)
+        corners = corners_of(path)
+        counts = np.where(is_straight, 1, _stretches(path, limits, corners, grid))
+        self.corners = counts.cumsum()[corners - 1]
         nodes = [
             np.linspace(low, high, count, endpoint=False)
             for low, high, count in zip(path.breaks[:-1], path.breaks[1:], counts, strict=True)
@@ -106,6 +107,8 @@ class _Stretches:
         second[self.straight] = 0.0
         first[self.straight] = 0.5 * first[self.straight].sum(axis=1, keepdims=True)
         self.first, self.second = first, second
+        ways = np.diff(self._at_ends(path, counts), axis=1)[:, 0]
+        self.mean = np.abs(ways) / self.steps[:, np.newaxis]
         self.rates = _least_ratio(limits.accelerations, first[:, 0])
 
     def _at_ends(
@@ -145,14 +148,15 @@ class _Stretches:
 
         Between two nodes the squared speed is a straight line over s. A limit is a convex function
         of s where q' is linear, so its tangent in the middle is below it, and the line below that
-        tangent; where q' changes too much for it, the least value of both ends is taken.
+        tangent; where q' changes too much for it, the least value of both ends is taken, and of
+        the stretch as a whole, as q' may vanish at both.
         """
         v = self.limits.velocities
         rates = np.abs(self.first)
         largest, mean = rates.max(axis=1), np.abs(0.5 * self.first.sum(axis=1))
         ends = np.empty_like(rates)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            flat = np.minimum(v / largest, _FASTEST) ** 2
+            flat = np.minimum(v / np.maximum(largest, self.mean), _FASTEST) ** 2
             for end in range(2):
                 tangent = np.minimum(v / mean, _FASTEST) ** 2 * (3.0 - 2.0 * rates[:, end] / mean)
                 has_one = (rates.min(axis=1) > 0.75 * mean) & (largest < 1.25 * mean)
@@ -161,10 +165,7 @@ class _Stretches:
         caps = np.full(len(self.nodes), np.inf)
         caps[:-1] = by_stretch[:, 0]
         caps[1:] = np.minimum(caps[1:], by_stretch[:, 1])
-        before, after = self.first[:-1, 1], self.first[1:, 0]
-        size = np.maximum(np.abs(before), np.abs(after)).max(axis=1, keepdims=True)
-        corner = (np.abs(after - before) > _SMOOTH * size).any(axis=1)
-        caps[1:-1][corner] = 0.0
+        caps[self.corners] = 0.0
         return caps
 
     def _with_peaks(self, x: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
@@ -192,6 +193,27 @@ class _Stretches:
             s.append(high[k : k + 1])
             squares.append(x[k + 1 : k + 2])
         return np.concatenate(s), np.concatenate(squares)
+
+
+def _stretches(
+    path: PiecewisePolynomial, limits: MotionLimits, corners: NDArray[np.intp], grid: int
+) -> NDArray[np.int64]:
+    """Return in how many stretches ``(n,)`` each segment is cut, up to ``grid``, or 2.
+
+    They are fewer where it hardly bends and is short: speeds change along its piece from one
+    corner to the next. On a piece that is one segment there are at least two, as no single speedup
+    leads from rest to rest.
+    """
+    bends = np.abs(np.diff(path.control_points, 2, axis=1)).sum(axis=1)
+    ways = np.abs(np.diff(path.control_points, axis=1)).sum(axis=1)
+    seconds = (ways / limits.velocities).max(axis=1)
+    turns = (bends / limits.velocities).max(axis=1) / seconds
+    begins = np.concatenate([[0], corners])
+    sizes = np.diff(np.append(begins, path.num_segments))
+    share = seconds / np.repeat(np.add.reduceat(seconds, begins), sizes)
+    needed = np.ceil(grid * np.maximum(_BENT * path.degree * turns, _OF_PIECE * share))
+    least = np.where(np.repeat(sizes, sizes) == 1, 2, 1)
+    return np.maximum(needed.clip(1, grid), least).astype(np.int64)
 
 
 def _demand_within(where: str, square: float, most: float) -> None:

@@ -14,7 +14,7 @@ def test_straight_ways_and_corners_are_compared(capsys, monkeypatch):
     trajectories.main()
     text = capsys.readouterr().out
     rows = re.findall(r"^(\S+) +(\S+) +(\S+)\s*$", text, re.M)
-    longer = [float(excess) for _, _, excess in rows if re.match(r"[\d.e-]+$", excess)]
+    longer = [float(excess) for _, _, excess in rows if re.match(r"[\d.e+-]+$", excess)]
     assert len(longer) >= 5
     assert all(0.0 <= excess < 1e-3 for excess in longer[:5])
     corners = dict(re.findall(r"^(2|16) +\S+ +(\S+) +\S+$", text, re.M))

@@ -15,7 +15,7 @@ from scene_graph_ros.planning.trajectories import (
 )
 from scene_graph_ros.trajectories.corners import CornerPath
 from scene_graph_ros.trajectories.extremes import largest_ratios
-from scene_graph_ros.trajectories.sampling import gentler, sample
+from scene_graph_ros.trajectories.sampling import gentler, sample, slowed
 
 
 def limits(count, velocity=2.0, acceleration=10.0):
@@ -279,6 +279,23 @@ def test_steps_that_vanish_in_rounding_are_none():
     # Where all is so small, nothing is left out.
     tiny = CornerPath(q[[1, 2]], most.velocities)
     np.testing.assert_array_equal(tiny.points, q[[1, 2]])
+
+
+def test_an_excess_of_less_than_a_nanosecond_is_made_good():
+    """Where its last time is the same nanosecond again, it is slowed down by more.
+
+    A cubic from 0 to 1 in 1 s is as fast as 1.5 in its middle, and the limit is 2e-12 below.
+    """
+    path = PiecewisePolynomial.first_order_hold([0.0, 1.0], [[0.0], [1.0]])
+    motion = PathParameterizedTrajectory(path, path)
+    most = MotionLimits([1.5 * (1.0 - 2e-12)], [100.0])
+
+    def points(nanoseconds, factor):
+        return TrajectoryPoints(nanoseconds, np.array([[0.0], [1.0]]), np.zeros((2, 1)))
+
+    found = slowed(np.array([0.0, 1.0]), points, most, motion)
+    assert found.excess is None
+    assert 1_000_000_000 < found.points.nanoseconds[-1] <= 1_000_000_002
 
 
 def test_turns_beyond_pi_are_just_numbers():
