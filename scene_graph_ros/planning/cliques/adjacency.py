@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.errors import SceneGraphError
+from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array
 
 __all__ = ["CliqueError", "checked_adjacency", "is_clique", "sparse"]
@@ -26,12 +27,13 @@ def checked_adjacency(adjacency_matrix: Any) -> NDArray[np.bool_]:
     """
     given = adjacency_matrix
     dense = given.toarray() if hasattr(given, "toarray") else given
-    array = real_array(dense, "adjacency_matrix must be a matrix of numbers", CliqueError)
+    rule = "adjacency_matrix must have entries of bool, or 0 and 1"
+    array = real_array(dense, rule, CliqueError)
     entries = array.astype(np.bool_)
     if array.ndim != 2 or array.shape[0] != array.shape[1]:
         raise CliqueError(f"adjacency_matrix must have the shape (n, n), not {array.shape}")
     if not (array == entries).all():
-        raise CliqueError("adjacency_matrix must have entries of bool, or 0 and 1")
+        raise CliqueError(f"{rule}, not {quoted(given)}")
     uneven = np.argwhere(entries != entries.T)
     if len(uneven):
         i, j = uneven[0].tolist()
