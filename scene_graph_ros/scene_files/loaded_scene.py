@@ -67,11 +67,10 @@ class LoadedRobot:
 
         There is one for each group of links, joined by fixed joints, of which none has a frame.
         """
-        tops: dict[str, str] = {}
-        for link in self.model.links:
-            joint = self.model.parent_joint(link)
-            is_fixed = joint is not None and joint.type is JointType.FIXED
-            tops[link] = tops[joint.parent] if joint is not None and is_fixed else link
+        tops = {self.model.root: self.model.root}
+        for joint in self.model.joints.values():
+            is_fixed = joint.type is JointType.FIXED
+            tops[joint.child] = tops[joint.parent] if is_fixed else joint.child
         with_frames = {tops[link] for link in self.link_frames}
         without = dict.fromkeys(top for top in tops.values() if top not in with_frames)
         return {link: GeometryFrame(self.link_prefix + link) for link in without}

@@ -47,7 +47,7 @@ from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
 from scene_graph_ros.geometry.query.distance.local_surface import local_surfaces
 from scene_graph_ros.geometry.query.distance.witness_systems import solve_witnesses
 from scene_graph_ros.geometry.query.point.batch import distance_points
-from scene_graph_ros.geometry.spatial.elementary import sine_cosine, sines_and_cosines
+from scene_graph_ros.geometry.spatial.elementary import arc_sine, sine_cosine, sines_and_cosines
 from scene_graph_ros.geometry.spatial.pose_kernels import check_poses
 from scene_graph_ros.geometry.spatial.poses import (
     inverse,
@@ -141,6 +141,7 @@ def read_meshes() -> None:
     square = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.2, 0.2, 0.0], [0.0, 1.0, 0.0]])
     triangles_of_polygons(square, np.arange(4), np.array([4]), "square", [])
     least_squares(square, np.zeros(4), 0.1)
+    arc_sine(0.5)
 
 
 def find_candidates() -> None:

@@ -119,6 +119,7 @@ CHECKED_ELSEWHERE = {
     "ResultTable.__repr__": "of all kinds, some are shown",
     "RenderLabel.__repr__": "a number",
     "ContactParticipation.__repr__": "numbers",
+    "PointCloud.__repr__": "numbers",
     "DeformableContact.__repr__": "a number",
     "DeformableContactSurface.__repr__": "ids and a number",
     "ContactSurface.__repr__": "ids and numbers",

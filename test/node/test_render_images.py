@@ -38,7 +38,8 @@ def ask(start_node, client, tmp_path_factory):
     """Ask a node with a camera before a wall."""
     path = tmp_path_factory.mktemp("render") / "scene.yaml"
     path.write_text(SCENE)
-    start_node({"scene": path, "max_pixels_per_request": 1000})
+    folders = str(tmp_path_factory.getbasetemp())
+    start_node({"scene": path, "max_pixels_per_request": 1000, "resource_folders": folders})
     return lambda **fields: client.call("RenderImages", **fields)
 
 

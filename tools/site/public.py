@@ -21,6 +21,7 @@ PUBLIC = (
     "scene_graph_ros.scene_files",
     "scene_graph_ros.planning",
     "scene_graph_ros.planning.trajectories",
+    "scene_graph_ros.planning.certified",
     "scene_graph_ros.client",
     "scene_graph_ros.node.node",
 )

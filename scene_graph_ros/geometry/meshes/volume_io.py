@@ -87,11 +87,13 @@ def _refuse_overlaps(mesh: VolumeMesh, name: str) -> None:
     winds around none twice if it does not cross itself, and around no tetrahedron's middle.
     """
     boundary = mesh.boundary_triangles()
-    point = first_crossing(mesh.vertices, boundary)
-    middles = mesh.vertices[mesh.tetrahedra].mean(axis=1)
-    if point is None:
-        many = np.flatnonzero(winding_numbers(middles, mesh.vertices, boundary) > 1)
-        point = middles[many[0]] if len(many) else None
+    # Squares of coordinates near the largest number are infinite.
+    with np.errstate(all="ignore"):
+        point = first_crossing(mesh.vertices, boundary)
+        middles = mesh.vertices[mesh.tetrahedra].mean(axis=1)
+        if point is None:
+            many = np.flatnonzero(winding_numbers(middles, mesh.vertices, boundary) > 1)
+            point = middles[many[0]] if len(many) else None
     if point is not None:
         place = ", ".join(f"{x:.6g}" for x in point)
         raise MeshError(f"{name}: tetrahedra overlap at ({place})")

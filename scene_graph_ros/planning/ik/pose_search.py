@@ -115,7 +115,8 @@ class PoseSearch:
         units = np.array([1.0, chain.unit])
         self._allowed = np.array([_USED * t if t > _CENTERED else 0.0 for t in sizes]) / units
         parts = np.array([_ENOUGH if t > _CENTERED else _EXACT for t in sizes])
-        self._limits = (parts * sizes / units) ** 2
+        # No error is near the largest of these, whose square is finite.
+        self._limits = np.minimum(parts * sizes / units, 1e150) ** 2
         self._tolerances = np.array([position, math.inf if is_open else rotation])
         self._longest = np.where(chain.is_turning, 1.0 / _LONGEST, 0.0)
         self._table = StartTable(chain, tries, seed, is_open=is_open)

@@ -108,6 +108,9 @@ QUESTIONS = {
     "distance of a pair": lambda w: w.query.compute_signed_distance_pair_closest_points(
         w.ids["ball"], w.ids["egg"]
     ),
+    "point of some": lambda w: w.query.compute_signed_distance_geometry_to_point(
+        [0.1, 0.2, 0.3], w.set_of("ball", "egg")
+    ),
     "point": lambda w: w.query.compute_signed_distance_to_point([0.1, 0.2, 0.3]),
     "points": lambda w: w.query.compute_signed_distance_to_points(np.ones((2, 3)), threads=2),
     "colour": rendered("render_color_image", COLOR),

@@ -107,6 +107,11 @@ ASK = {
             for tier in Accuracy
         ),
     ],
+    "compute_signed_distance_geometry_to_point": [
+        lambda q: q.compute_signed_distance_geometry_to_point(
+            POINTS[0], GeometrySet(q.snapshot.proximity.geometry_ids)
+        ),
+    ],
     "compute_signed_distance_to_point": [
         lambda q: q.compute_signed_distance_to_point([0, 0, 1]),
         lambda q: q.compute_signed_distance_to_point(POINTS[0].astype(np.float32), 0),

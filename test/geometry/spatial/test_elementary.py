@@ -89,9 +89,14 @@ def test_arcs_of_zeros_and_infinities_are_those_of_the_standard(y, x):
 
 
 def test_arcs_of_what_is_no_number_are_none():
-    """Neither is that of a sine beyond 1."""
+    """By either of both."""
     for y, x in ((math.nan, 1.0), (1.0, math.nan), (math.nan, 0.0), (math.inf, math.nan)):
         assert math.isnan(arc_tangent(y, x))
+
+
+@pytest.mark.compiled
+def test_a_sine_beyond_1_has_no_arc():
+    """In Python its root would be an error."""
     assert math.isnan(arc_sine(1.0 + 1e-9))
 
 

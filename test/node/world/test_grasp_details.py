@@ -25,7 +25,7 @@ from scene_graph_ros.node.world.scenes import SceneLoader
 from scene_graph_ros.node.world.world import World
 
 TOOLS = """
-  <link name="tool"/><link name="tip"/><link name="turning"/>
+  <link name="turning"/><link name="tip"/><link name="tool"/>
   <joint name="to_tool" type="fixed"><parent link="ball"/><child link="tool"/>
     <origin xyz="0.3 0 0" rpy="0 0 1.5707963267948966"/></joint>
   <joint name="to_tip" type="fixed"><parent link="tool"/><child link="tip"/>
