@@ -48,7 +48,9 @@ class TreeInertias:
             raise KinematicTreeError(f"no link of robot {self.tree.name!r} has a mass")
         X_WL = self.tree.link_poses(q)
         p_WI = X_WL[..., :3, 3] + np.einsum("...lij,lj->...li", X_WL[..., :3, :3], self.p_LI)
-        result: NDArray[np.float64] = product(self.link_masses, p_WI) / self.total_mass
+        result: NDArray[np.float64] = (
+            product(self.link_masses[np.newaxis], p_WI)[..., 0, :] / self.total_mass
+        )
         return result
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.one_line import one_line
+from scene_graph_ros.geometry.real_arrays import complex_array
 from scene_graph_ros.trajectories.arguments import (
     as_finite,
     as_numbers,
@@ -167,10 +168,7 @@ class ExponentialPlusPiecewisePolynomial:
 
 def _as_complex(name: str, values: ArrayLike) -> NDArray[np.complex128]:
     """Return an array of finite complex numbers. Raises TrajectoryError."""
-    try:
-        array = np.array(values, dtype=np.complex128)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise TrajectoryError(f"{name} must be numbers") from error
+    array = complex_array(values, f"{name} must be numbers", TrajectoryError)
     if not np.isfinite(array).all():
         where = tuple(map(int, np.argwhere(~np.isfinite(array))[0]))
         raise TrajectoryError(f"{name}{list(where)} must be finite, not {array[where]}")

@@ -132,7 +132,7 @@ class FunctionHandleTrajectory:
             some = known
 
             def derivative(t: float, order: int) -> ArrayLike:
-                return rate**order * np.asarray(some(inner(t), order), dtype=np.float64)
+                return rate**order * as_numbers("func_derivative", some(inner(t), order))
 
         return FunctionHandleTrajectory(
             lambda t: func(inner(t)), self.rows, start, end, derivative

@@ -188,8 +188,8 @@ def find_excess(
     trajectory: Polynomials,
     limits: MotionLimits,
     *,
-    lower: NDArray[np.float64] | None = None,
-    upper: NDArray[np.float64] | None = None,
+    lower: ArrayLike | None = None,
+    upper: ArrayLike | None = None,
 ) -> LimitExcess | None:
     """Return where a trajectory is farthest beyond a limit, or None: it is within, at all times.
 
@@ -198,11 +198,13 @@ def find_excess(
     beyond which is still at them. Raises TrajectoryError for a trajectory that is no polynomials.
     """
     trajectory = polynomials_of("trajectory", trajectory)
+    n = trajectory.rows
+    sides = (_limit("lower", lower, n), -1.0), (_limit("upper", upper, n), 1.0)
     worst = worst_ratio(trajectory, limits)
     if worst.ratio > 1.0 + RATE_ROUNDING:
         return worst
     points = trajectory.control_points
-    for limit, side in ((lower, -1.0), (upper, 1.0)):
+    for limit, side in sides:
         if limit is None:
             continue
         # A limit is no scale: what counts is the way beyond it.
@@ -212,6 +214,17 @@ def find_excess(
             if found is not None:
                 return found
     return None
+
+
+def _limit(name: str, given: ArrayLike | None, size: int) -> NDArray[np.float64] | None:
+    """Return a limit of each position, which may be infinite. Raises TrajectoryError."""
+    if given is None:
+        return None
+    rule = f"{name} must be numbers ({size},)"
+    limit = real_array(given, rule, TrajectoryError)
+    if limit.shape != (size,) or np.isnan(limit).any():
+        raise TrajectoryError(f"{rule}, not {quoted(given)}")
+    return limit
 
 
 def worst_ratio(trajectory: PiecewisePolynomial, limits: MotionLimits) -> LimitExcess:

@@ -36,7 +36,8 @@ class TrajectoryPoints:
 
     def __post_init__(self) -> None:
         """Check and freeze the arrays."""
-        times = np.array(self.nanoseconds, dtype=np.int64)
+        rule = "nanoseconds must be whole numbers (m,)"
+        times = whole_array(self.nanoseconds, rule, TrajectoryError)
         if times.ndim != 1 or not len(times):
             raise TrajectoryError(f"nanoseconds must have shape (m,), not {times.shape}")
         if not (np.diff(times) > 0).all():
@@ -46,12 +47,13 @@ class TrajectoryPoints:
             )
         if self.accelerations is not None and self.velocities is None:
             raise TrajectoryError("points with accelerations must have velocities")
-        shape = np.shape(self.positions)
+        shape = None
         for name in ("positions", "velocities", "accelerations"):
             given = getattr(self, name)
-            if given is None:
+            if given is None and name != "positions":
                 continue
             array = real_array(given, f"{name} must be numbers", TrajectoryError)
+            shape = shape or array.shape
             if array.ndim != 2 or array.shape != shape or len(array) != len(times):
                 raise TrajectoryError(
                     f"{name} must have shape ({len(times)}, n), not {array.shape}"

@@ -10,6 +10,7 @@ import numpy as np
 from scene_graph_ros.convex.questions.arguments import as_nonnegative
 from scene_graph_ros.convex.sets.pairwise_intersections import as_joints
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.real_arrays import whole_array
 from scene_graph_ros.trajectories.bezier_curve import BezierCurve
 from scene_graph_ros.trajectories.composite_trajectory import CompositeTrajectory
 from scene_graph_ros.trajectories.errors import TrajectoryError
@@ -73,12 +74,10 @@ def unwrap_to_continuous_trajectory(
 
 def _rounds(given: Any, size: int) -> np.ndarray:
     """Return a whole number for each joint. Raises TrajectoryError."""
-    rounds = np.asarray(given)
-    if rounds.shape != (size,) or rounds.dtype.kind not in "iu":
-        raise TrajectoryError(
-            f"starting_rounds must be {size} whole numbers, one for each joint, not"
-            f" {quoted(given)}"
-        )
+    rule = f"starting_rounds must be {size} whole numbers, one for each joint"
+    rounds = whole_array(given, rule, TrajectoryError)
+    if rounds.shape != (size,):
+        raise TrajectoryError(f"{rule}, not {quoted(given)}")
     return rounds
 
 

@@ -3,8 +3,10 @@
 from functools import partial
 
 from array_arguments import array_arguments
-from array_calls import CALLS, Rails
-from form_checks import check_forms
+import array_calls
+import array_calls_of_curves
+import array_calls_of_planning
+from form_checks import check_forms, check_refusals
 import pytest
 
 MODULES = (
@@ -15,12 +17,23 @@ MODULES = (
 FEW = ("C", "Fortran", "negative strides", "read-only", "unaligned", ">f4", "i8", "list")
 """Forms that are tried of what takes long."""
 SLOW = {"plan_path", "time_path", "visibility_graph", "ZmpPlanner.plan"}
-CASES = [(name, argument) for name, (_, arrays) in CALLS.items() for argument in arrays]
+CASES = {
+    (name, argument): (call, arrays)
+    for calls in (array_calls, array_calls_of_curves, array_calls_of_planning)
+    for name, (call, arrays) in calls.CALLS.items()
+    for argument in arrays
+}
+REFUSED = {
+    (name, argument): (call, arrays)
+    for name, (call, arrays) in array_calls_of_planning.REFUSALS_ONLY.items()
+    for argument in arrays
+}
+"""They take seconds where they take an array: only that they refuse what is none is tried."""
 
 
 @pytest.fixture(scope="module", name="rails")
 def _rails(tmp_path_factory):
-    return Rails(tmp_path_factory.mktemp("rails"))
+    return array_calls.Rails(tmp_path_factory.mktemp("rails"))
 
 
 @pytest.mark.parametrize(("name", "argument"), CASES)
@@ -28,8 +41,20 @@ def _rails(tmp_path_factory):
 @pytest.mark.filterwarnings("error::numpy.exceptions.ComplexWarning")
 def test_every_form_of_an_array_is_the_same_or_refused(rails, name, argument):
     """The result is that of the plain array; what is no real number raises an error of ours."""
-    call, arrays = CALLS[name]
-    check_forms(partial(call, rails), arrays, argument, FEW if name in SLOW else None)
+    call, arrays = CASES[name, argument]
+    numbers = {"beyond float64"} if argument in array_calls_of_planning.INFINITE else set()
+    if name == "ExponentialPlusPiecewisePolynomial.__init__":
+        numbers.add("complex")
+    forms = FEW if name in SLOW else None
+    check_forms(partial(call, rails), arrays, argument, forms, numbers)
+
+
+@pytest.mark.parametrize(("name", "argument"), REFUSED)
+@pytest.mark.filterwarnings("error::numpy.exceptions.ComplexWarning")
+def test_what_is_no_array_of_numbers_is_refused(rails, name, argument):
+    """Before anything that takes long begins."""
+    call, arrays = REFUSED[name, argument]
+    check_refusals(partial(call, rails), arrays, argument)
 
 
 UNTRIED = {
@@ -38,43 +63,22 @@ UNTRIED = {
         *("CollisionChecker.check_configs_collision_free", "CollisionChecker.measure_edges"),
         *("CollisionChecker.check_edges_collision_free", "Trajectory.value"),
         "CollisionChecker.classify_body_collisions",
-        *("UnimplementedCollisionChecker.calc_robot_clearance", "RobotClearance.append"),
+        "UnimplementedCollisionChecker.calc_robot_clearance",
         "UnimplementedCollisionChecker.check_configs_collision_free",
         "UnimplementedCollisionChecker.classify_body_collisions",
         *("UnimplementedCollisionChecker.measure_edges", "TreeLayout.is_certainly_within"),
         "ZmpPlanner.compute_optimal_co_mdd",  # compute_optimal_comdd
     ),
-    "needs a robot of another kind": (
-        *("Kinematics.set_joint_pose", "TreeInertias.centre_of_mass"),
-    ),
     "needs OMPL": ("OmplSpace.__init__", "OmplSpace.state"),
-    "makes a program for CasADi, whose tests are in optimal_control": (
-        *("Dynamics.__init__", "Dynamics.linearized", "Dynamics.of_robot"),
-        *("KinematicCurve.add_acceleration_bounds", "KinematicCurve.add_jerk_bounds"),
-        *("KinematicCurve.add_path_acceleration_constraint", "NonlinearProgram.rows_of"),
-        *("KinematicCurve.add_path_position_constraint", "KinematicCurve.add_position_bounds"),
-        *("KinematicCurve.add_path_velocity_constraint", "KinematicCurve.add_velocity_bounds"),
-        *("MultipleShooting.add_constraint_to_all_knot_points", "NonlinearProgram.add_constraint"),
-        *("NonlinearProgram.add_constraint_for_each", "NonlinearProgram.set_initial_guess"),
-    ),
-    "takes seconds": (
-        *("CspaceFreeBox.certify_by_distances", "CspaceFreeBox.find_pair_certificate"),
-        "CspaceFreeBox.find_separation_certificate_given_box",
-        *("CspaceFreePolytope.__init__", "CspaceFreePolytope.binary_search"),
-        *("CspaceFreePolytope.certify_by_distances", "CspaceFreePolytope.find_pair_certificate"),
-        "CspaceFreePolytope.find_separation_certificate_given_polytope",
-        *("CspaceFreePolytope.search_with_bilinear_alternation", "IrisZoOptions.__init__"),
-        *("build_roadmap", "inverse_kinematics", "iris_in_configuration_space", "time_curve"),
-        *("plan_through_regions", "regions_along", "regions_around"),
-    ),
+    "asked where it is used": ("IrisZoOptions.__init__",),
 }
-"""Functions that take arrays and are not in the table, by the reason."""
+"""Functions that take arrays and are not in the tables, by the reason."""
 
 
-def test_each_public_function_of_arrays_is_in_the_table():
+def test_each_public_function_of_arrays_is_in_a_table():
     """Or it is named above with the reason why not."""
     untried = {name for names in UNTRIED.values() for name in names}
-    known = array_arguments(*MODULES)
-    assert {each for each in known if each not in CASES and each[0] not in untried} == set()
+    known, tried = array_arguments(*MODULES), CASES.keys() | REFUSED.keys()
+    assert {each for each in known if each not in tried and each[0] not in untried} == set()
     assert untried <= {name for name, _ in known}
-    assert untried.isdisjoint(CALLS)
+    assert untried.isdisjoint(name for name, _ in tried)

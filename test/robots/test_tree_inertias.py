@@ -33,6 +33,8 @@ def test_the_centre_of_mass_is_pinocchios(name):
     wanted = pinocchio.centerOfMass(model, model.createData(), theirs)
     inertias = tree_inertias(robot, tree)
     np.testing.assert_allclose(inertias.centre_of_mass(ours), wanted, atol=1e-12)
+    many = inertias.centre_of_mass([ours, ours])
+    np.testing.assert_allclose(many, [wanted, wanted], atol=1e-12)
     assert inertias.total_mass == pytest.approx(pinocchio.computeTotalMass(model), rel=1e-12)
 
 

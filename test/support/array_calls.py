@@ -25,8 +25,6 @@ from scene_graph_ros.planning import (
 from scene_graph_ros.robots import Kinematics
 from scene_graph_ros.trajectories import (
     BezierCurve,
-    BsplineTrajectory,
-    CompositeTrajectory,
     ExponentialPlusPiecewisePolynomial,
     MotionLimits,
     PathParameterizedTrajectory,
@@ -309,39 +307,6 @@ CALLS = {
     "ZmpPlanner.compute_optimal_cost": (
         lambda w, x: w.zmp.compute_optimal_cost(0.5, x),
         {"x": [0.0, 1, 2, 3]},
-    ),
-    "BezierCurve.value": (lambda w, t: BezierCurve(0, 2, SOME).value(t), {"t": T}),
-    "BsplineTrajectory.clamped_uniform": (
-        lambda w, control_points: BsplineTrajectory.clamped_uniform(control_points, 2).value(0.5),
-        {"control_points": SOME},
-    ),
-    "BsplineTrajectory.value": (
-        lambda w, t: BsplineTrajectory.clamped_uniform(SOME, 2).value(t),
-        {"t": [0.0, 1]},
-    ),
-    "CompositeTrajectory.value": (
-        lambda w, t: CompositeTrajectory([BezierCurve(0, 2, SOME)]).value(t),
-        {"t": T},
-    ),
-    "PiecewisePolynomial.value": (
-        lambda w, t: PiecewisePolynomial.first_order_hold(T, SOME).value(t),
-        {"t": T},
-    ),
-    "PiecewisePolynomial.first_order_hold": (
-        lambda w, breaks, samples: PiecewisePolynomial.first_order_hold(breaks, samples).value(1),
-        {"breaks": T, "samples": SOME},
-    ),
-    "PiecewisePolynomial.cubic_hermite": (
-        lambda w, breaks, samples, samples_dot: PiecewisePolynomial.cubic_hermite(
-            breaks, samples, samples_dot
-        ).value(0.5),
-        {"breaks": T, "samples": SOME, "samples_dot": SOME},
-    ),
-    "PiecewisePolynomial.quintic_hermite": (
-        lambda w, breaks, samples, samples_dot, samples_ddot: PiecewisePolynomial.quintic_hermite(
-            breaks, samples, samples_dot, samples_ddot
-        ).value(0.5),
-        {"breaks": T, "samples": SOME, "samples_dot": SOME, "samples_ddot": SOME},
     ),
     "Kinematics.__init__": (
         lambda w, X_PB: Kinematics(w.robot.model, X_PB=X_PB).X_PB,

@@ -95,6 +95,6 @@ def _is_pair(value: Any) -> bool:
     if not isinstance(value, tuple) or len(value) != 2:
         return False
     try:
-        return np.ndim(value[0]) == 2
+        return np.ndim(value[0]) == 2 or np.size(value[0]) == 0
     except ValueError:  # a ragged list, which is no array of points either
         return False

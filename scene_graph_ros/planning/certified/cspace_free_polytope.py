@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from scene_graph_ros.convex.solve.cones.solver_choice import SolverChoice
 from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.planning.certified.bilinear_alternation import alternate
 from scene_graph_ros.planning.certified.distance_certificate import (
     DistanceCertificate,
@@ -45,7 +46,11 @@ from scene_graph_ros.planning.certified.separating_planes import (
 from scene_graph_ros.planning.certified.separation_certificate_program import (
     SeparationCertificateProgram,
 )
-from scene_graph_ros.planning.certified.tangent_region import make_region, TangentRegion
+from scene_graph_ros.planning.certified.tangent_region import (
+    checked_rows,
+    make_region,
+    TangentRegion,
+)
 from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
 from scene_graph_ros.planning.checker.configuration_checks import first_pairs
 from scene_graph_ros.planning.pairs.check_kernels import NO_PAIR
@@ -211,8 +216,8 @@ class CspaceFreePolytope:
         for a centre that is not inside.
         """
         chosen = BinarySearchOptions() if options is None else options
-        rows, sides = np.array(C, dtype=np.float64), np.array(d, dtype=np.float64)
-        make_region(self._kinematics, rows, sides)
+        make_region(self._kinematics, C, d)
+        rows, sides = checked_rows(C, d, len(self._kinematics.s_limits()[0]))
         center = self._checked_inside(s_center, rows, sides, "s_center")
         pairs = list(ignored_collision_pairs)
 
@@ -266,10 +271,9 @@ class CspaceFreePolytope:
         workers = checked_executor(executor)
         ignored = self._ignored(ignored_collision_pairs)
         region = make_region(self._kinematics, C_init, d_init)
+        rows, sides = checked_rows(C_init, d_init, len(region.lower))
         for number, point in enumerate(chosen.faces.s_inner_pts):
-            self._checked_inside(
-                point, np.array(C_init), np.array(d_init), f"s_inner_pts[{number}]"
-            )
+            self._checked_inside(point, rows, sides, f"s_inner_pts[{number}]")
         search = as_given_polytope(chosen.find_lagrangian_options)
         search = replace(search, terminate_at_failure=True)
         start = self._certify(region, ignored, search, workers)
@@ -357,12 +361,11 @@ class CspaceFreePolytope:
     def _checked_inside(
         self, point: ArrayLike, C: NDArray[np.float64], d: NDArray[np.float64], label: str
     ) -> NDArray[np.float64]:
-        s = np.array(point, dtype=np.float64)
         lower, upper = self._kinematics.s_limits()
+        rule = f"{label} must be {len(lower)} finite numbers"
+        s = real_array(point, rule, CertificateError)
         if s.shape != lower.shape or not np.isfinite(s).all():
-            raise CertificateError(
-                f"{label} must be {len(lower)} finite numbers, not {quoted(point)}"
-            )
+            raise CertificateError(f"{rule}, not {quoted(point)}")
         if (C @ s > d).any() or (s < lower).any() or (s > upper).any():
             raise CertificateError(
                 f"{label} must be in the polytope and within the joints' limits: {quoted(point)}"

@@ -18,7 +18,14 @@ from scene_graph_ros.planning.certified.rational_kinematics import (
     Stretch,
 )
 
-__all__ = ["Row", "TangentRegion", "bounded_region", "make_region", "power_of_two"]
+__all__ = [
+    "Row",
+    "TangentRegion",
+    "bounded_region",
+    "checked_rows",
+    "make_region",
+    "power_of_two",
+]
 
 Row = tuple[Fraction, tuple[Fraction, ...]]
 """``offset + slopes . u``, which is not negative in the region."""
@@ -123,7 +130,7 @@ def bounded_region(
 ) -> TangentRegion:
     """Return the same of positions with these names, and limits ``(n,)`` that may be infinite."""
     n = len(names)
-    rows, sides = _checked(C, d, n)
+    rows, sides = checked_rows(C, d, n)
     lower, upper = (each.copy() for each in limits)
     unit = np.eye(n)
     is_high, is_low = np.isfinite(upper), np.isfinite(lower)
@@ -168,9 +175,10 @@ def _own_ends(
     return lower, upper
 
 
-def _checked(
+def checked_rows(
     C: ArrayLike, d: ArrayLike, n: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return C ``(m, n)`` and d ``(m,)``, finite, C without rows of zeros."""
     rows = real_array(C, "C must be numbers", CertificateError)
     sides = real_array(d, "d must be numbers", CertificateError)
     if rows.ndim != 2 or rows.shape[1] != n or sides.shape != (len(rows),):

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.real_arrays import real_array
 
 __all__ = ["CliqueError", "checked_adjacency", "is_clique", "sparse"]
 
@@ -25,16 +26,14 @@ def checked_adjacency(adjacency_matrix: Any) -> NDArray[np.bool_]:
     the shape, the entry, or the first pair that is not symmetric.
     """
     given = adjacency_matrix
-    try:
-        array = np.asarray(given.toarray() if hasattr(given, "toarray") else given)
-        entries = array.astype(np.bool_)
-        is_binary = array.dtype.kind in "biuf" and bool((array == entries).all())
-    except (TypeError, ValueError):
-        raise CliqueError(f"adjacency_matrix must be a matrix, not {quoted(given)}") from None
+    dense = given.toarray() if hasattr(given, "toarray") else given
+    rule = "adjacency_matrix must have entries of bool, or 0 and 1"
+    array = real_array(dense, rule, CliqueError)
+    entries = array.astype(np.bool_)
     if array.ndim != 2 or array.shape[0] != array.shape[1]:
         raise CliqueError(f"adjacency_matrix must have the shape (n, n), not {array.shape}")
-    if not is_binary:
-        raise CliqueError("adjacency_matrix must have entries of bool, or 0 and 1")
+    if not (array == entries).all():
+        raise CliqueError(f"{rule}, not {quoted(given)}")
     uneven = np.argwhere(entries != entries.T)
     if len(uneven):
         i, j = uneven[0].tolist()

@@ -48,7 +48,7 @@ def as_bounds(lb: Any, ub: Any, size: int, label: str) -> tuple[np.ndarray, np.n
 
 def as_weights(weight: Any, size: int, label: str) -> np.ndarray:
     """Return a matrix ``(size, size)``; a number is that of each entry. Raises ConvexSetError."""
-    if np.ndim(weight) == 0:
+    if real_array(weight, f"{label}: weight must be numbers", ConvexSetError).ndim == 0:
         return as_nonnegative(weight, f"{label}: weight") * np.eye(size)
     matrix = as_matrix(weight, f"{label}: weight", size)
     if len(matrix) != size:

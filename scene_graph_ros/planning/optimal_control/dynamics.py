@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.planning.optimal_control.arguments import (
     as_count,
     as_positive,
@@ -136,13 +137,16 @@ class Dynamics:
             out = self.function(*names)
             rates = [ca.jacobian(out, names[0]), ca.jacobian(out, names[1])]
             self._derivatives = ca.Function("linearized", names, rates)
-        A, B = self._derivatives(*given)
+        A, B = self._called(self._derivatives, given)
         return np.array(A), np.array(B).reshape(self.num_states, self.num_inputs)
 
     def evaluated(self, *given: Any) -> Any:
         """Return f of numbers as CasADi's; what f raised is raised."""
+        return self._called(self.function, given)
+
+    def _called(self, function: Any, given: tuple[Any, ...]) -> Any:
         try:
-            return self.function(*given)
+            return function(*given)
         except Exception:
             self.raise_error()
             raise
@@ -191,14 +195,18 @@ class Dynamics:
 
         def value(*given: Any) -> NDArray[np.float64]:
             x, u, t, p = given
-            found = np.asarray(f(x, u, float(t[0]), p), dtype=np.float64)
+            rates = f(x, u, float(t[0]), p)
+            found = real_array(rates, f"f must return {n} numbers", DynamicsError)
             if found.shape != (n,):
                 raise DynamicsError(f"f must return shape ({n},), not {found.shape}")
             return found
 
         def parts(*given: Any) -> list[NDArray[np.float64]]:
             x, u, t, p = given
-            found = [np.asarray(each) for each in jacobian(x, u, float(t[0]), p)]
+            found = [
+                real_array(each, "jacobian must return matrices of numbers", DynamicsError)
+                for each in jacobian(x, u, float(t[0]), p)
+            ]
             shapes = [(n, n), (n, m), (n, 1)][: len(found)]
             if len(found) < 2 or [each.size for each in found] != [a * b for a, b in shapes]:
                 raise DynamicsError(

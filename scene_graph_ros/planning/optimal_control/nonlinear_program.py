@@ -120,8 +120,12 @@ class NonlinearProgram(ProgramParts):
         self._check_symbols(label, rows)
         about = np.zeros((rows.shape[0], 0), dtype=np.int64)
         if knots is not None:
-            given = _as_knots(knots)
-            about = np.broadcast_to(given, (rows.shape[0], given.shape[-1]))
+            given, size = _as_knots(knots), rows.shape[0]
+            if given.ndim not in (1, 2) or (given.ndim == 2 and len(given) not in (1, size)):
+                raise TrajectoryOptimizationError(
+                    f"knots must have shape (k,) or ({size}, k), not {given.shape}"
+                )
+            about = np.broadcast_to(given, (size, given.shape[-1]))
         made = Constraint(rows, lower, upper, label, about)
         self.constraints.append(made)
         return made
@@ -134,10 +138,14 @@ class NonlinearProgram(ProgramParts):
             return []
         self._check_symbols(label, self._ca.vertcat(*columns))
         size = columns[0].shape[0]
-        lower, upper = as_bounds(lb, ub, size)
+        lower, upper, given = *as_bounds(lb, ub, size), _as_knots(knots)
+        if given.ndim != 2 or len(given) != len(columns):
+            raise TrajectoryOptimizationError(
+                f"knots must have shape ({len(columns)}, k), not {given.shape}"
+            )
         made = [
             Constraint(column, lower, upper, label, np.broadcast_to(own, (size, len(own))))
-            for column, own in zip(columns, _as_knots(knots), strict=True)
+            for column, own in zip(columns, given, strict=True)
         ]
         self.constraints += made
         return made

@@ -58,10 +58,10 @@ def _rows(problem: TimingProblem, name: str, given: ArrayLike) -> NDArray[np.boo
     """Return which rows of the path are named ``(n,)``."""
     count = len(problem.path)
     result = np.zeros(count, dtype=np.bool_)
-    if np.size(given) == 0:
-        return result
     rule = f"{name} must be rows of the path, 0 to {count - 1}"
     rows = whole_array(given, rule, TrajectoryError)
+    if rows.size == 0:
+        return result
     if rows.ndim != 1 or not ((rows >= 0) & (rows < count)).all():
         raise TrajectoryError(f"{rule}, not {quoted(given)}")
     result[rows] = True

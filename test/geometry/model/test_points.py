@@ -1,5 +1,6 @@
 """The points of clouds as state of a context: taken whole or not at all, kept by snapshots."""
 
+from form_checks import check_forms
 import numpy as np
 import pytest
 
@@ -88,6 +89,33 @@ def test_two_points_in_a_tuple_are_points(scene):
     """Not points and radii."""
     scene.context.set_points(scene.camera, {scene.one: ((0, 2, 0), (0, 3, 0))})
     assert len(scene.context.points(scene.one)) == 2
+
+
+def test_points_and_radii_may_be_empty_lists(scene):
+    """A pair of them takes all points off a cloud whose points have radii."""
+    scene.context.set_points(scene.camera, {scene.each: ([], [])})
+    assert scene.context.points(scene.each).shape == (0, 3)
+
+
+@pytest.mark.parametrize("argument", ["points", "radii"])
+@pytest.mark.filterwarnings("ignore:the matrix subclass")
+@pytest.mark.filterwarnings("error::numpy.exceptions.ComplexWarning")
+def test_arrays_of_any_form_are_taken_or_refused(scene, argument):
+    """By a shape, and by a context."""
+
+    def shape(points, radii):
+        cloud = PointCloud(points, radii)
+        return cloud.points, cloud.radius
+
+    def state(points, radii):
+        scene.context.set_points(scene.camera, {scene.each: (points, radii)})
+        distance = scene.distance(scene.each)
+        scene.context.set_points(scene.camera, {scene.one: points})
+        return scene.context.points(scene.each), distance, scene.context.points(scene.one)
+
+    arrays = {"points": [[1.0, 2, 3], [4, 5, 6]], "radii": [1.0, 2]}
+    for call in (shape, state):
+        check_forms(call, arrays, argument)
 
 
 def test_all_is_taken_or_nothing(scene):

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.one_line import one_line
+from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
 from scene_graph_ros.planning.edges.edge_proofs import EdgeProver
 from scene_graph_ros.planning.edges.edge_stretches import EdgeRules
@@ -52,9 +53,10 @@ class OmplSpace:
         self, checker: SceneGraphCollisionChecker, q: ArrayLike, *, group: str | None = None
     ) -> None:
         plan = checker.plan
-        if np.ndim(q) != 1:
-            raise PlanningError(f"q must have shape (nq,), not {np.shape(q)}")
-        held = normalized(plan.tree, checker.checked_configurations(q))
+        at = real_array(q, "q must be numbers (nq,)", PlanningError)
+        if at.ndim != 1:
+            raise PlanningError(f"q must have shape (nq,), not {at.shape}")
+        held = normalized(plan.tree, checker.checked_configurations(at))
         space = PositionSpace.of(plan, held, moving_positions(plan.tree, group))
         self._set_up(plan, space, search_rules(checker.tolerance), new_stop())
 

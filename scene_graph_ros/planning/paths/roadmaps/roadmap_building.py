@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.planning.checker.carried_checker import pack, PackedChecker
 from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
@@ -64,10 +65,11 @@ def build_roadmap(
         raise PlanningError(f"count must be an integer from 1 on, not {quoted(count)}")
     if root is None or root < 0.0 or not root.is_integer():
         raise PlanningError(f"seed must be a whole number from 0 on, not {quoted(seed)}")
-    if np.ndim(q) != 1:
-        raise PlanningError(f"q must have shape (nq,), not {np.shape(q)}")
+    at = real_array(q, "q must be numbers (nq,)", PlanningError)
+    if at.ndim != 1:
+        raise PlanningError(f"q must have shape (nq,), not {at.shape}")
     plan = checker.plan
-    held = normalized(plan.tree, checker.checked_configurations(q))
+    held = normalized(plan.tree, checker.checked_configurations(at))
     space = PositionSpace.of(plan, held, moving_positions(plan.tree, group))
     roadmap = Roadmap()
     roadmap.prepare(plan, space, int(root))
