@@ -314,7 +314,8 @@ class Effects:
                 told = (self._host,) if argument is None else (self._host, argument)
                 state.effect = load(declaration.factory)(*told)
             return
-        logger.info(f"effect {name} is off: {self._why_off(declaration)}")
+        waits = f"it waits for its kernels; {state.waiting_reason}" if state.waiting_reason else ""
+        logger.info(f"effect {name} is off: {waits or self._why_off(declaration)}")
         answer, state.answer = state.answer, None
         if answer is not None:
             answer.close()
