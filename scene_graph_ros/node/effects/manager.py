@@ -321,7 +321,9 @@ class Effects:
             answer.close()
         if state.effect is not None:
             state.closes_at = time.monotonic() + LINGER
-            state.effect.vanish(snapshot)
+            if not state.waiting_reason:
+                # One that waits for kernels can't say that there is nothing.
+                state.effect.vanish(snapshot)
 
     def _make_answer(self, declaration: AnswerDeclaration) -> Answer:
         question = load(declaration.question)()
