@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, TYPE_CHECKING
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +20,6 @@ from scene_graph_ros.geometry.spatial.poses import compose, inverse
 from scene_graph_ros.geometry.spatial.sums import moved
 from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
 from scene_graph_ros.node.world.intake import UNSTAMPED
-
-if TYPE_CHECKING:
-    from scene_graph_ros.node.world.scene import SourceRecord
 
 __all__ = ["NoCloudError", "SourceClouds", "clouds_by_source"]
 
@@ -164,24 +161,30 @@ class SourceClouds:
 
 
 def clouds_by_source(
-    names: SceneNames, inspector: Any, records: Mapping[str, SourceRecord], world_frame: str
+    names: SceneNames,
+    inspector: Any,
+    sources: Mapping[str, tuple[SourceId, str]],
+    world_frame: str,
 ) -> dict[str, SourceClouds]:
-    """Return the clouds of all sources that have some; no message was heard of them yet."""
+    """Return the clouds of all sources that have some; no message was heard of them yet.
+
+    ``sources`` maps names to ids, and to the name of the cloud that messages are about.
+    """
     by_owner: dict[SourceId, list[GeometryId]] = defaultdict(list)
     for geometry_id in inspector.get_all_cloud_ids():
         by_owner[inspector.get_owning_source_id(geometry_id)].append(geometry_id)
     return {
         name: SourceClouds(
-            record.id,
+            source,
             name,
-            record.cloud,
-            _by_name(by_owner[record.id], inspector),
+            wanted,
+            _by_name(by_owner[source], inspector),
             names,
             inspector,
             world_frame,
         )
-        for name, record in records.items()
-        if record.id in by_owner
+        for name, (source, wanted) in sources.items()
+        if source in by_owner
     }
 
 

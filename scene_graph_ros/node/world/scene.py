@@ -235,7 +235,8 @@ class Scene:
             self._owners.update(dict.fromkeys(frames.names, name))
         ids = {name: record.id for name, record in self.records.items()}
         self.deformables = deformables_by_source(inspector, ids)
-        self.clouds = clouds_by_source(self.names, inspector, self.records, world_frame)
+        senders = {name: (each.id, each.cloud) for name, each in self.records.items()}
+        self.clouds = clouds_by_source(self.names, inspector, senders, world_frame)
         robots = {n: record.robot for n, record in self.records.items() if record.robot}
         self.robots = SceneRobots(robots, self.scene_graph, self.context, self.paddings)
 
