@@ -152,7 +152,9 @@ class Checker:
             inspector.get_owning_source_name(geometry_id)
             for geometry_id in inspector.get_all_deformable_geometry_ids()
         }
-        for topic, problem in topic_problems(topics_of(loaded.sources.values(), deforming)):
+        sensing = {inspector.get_owning_source_name(i) for i in inspector.get_all_cloud_ids()}
+        topics = topics_of(loaded.sources.values(), deforming, sensing)
+        for topic, problem in topic_problems(topics):
             place = scene.document.location(*_place_of_topic(scene, topic))
             report.errors.append(f"{place}: {problem}")
 

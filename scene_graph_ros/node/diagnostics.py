@@ -22,6 +22,7 @@ from scene_graph_ros.node.effects.state import EffectReport
 from scene_graph_ros.node.world.intake import (
     CONFIGURATION_FAULTS,
     Fault,
+    POINT_FAULTS,
     POSE_FAULTS,
     Statistics,
 )
@@ -31,6 +32,9 @@ __all__ = ["Diagnostics", "Monitor", "troubles_of"]
 
 _OPTIONAL_MODULES = ("meshio", "pytetwild", "tf2_msgs", "trimesh")
 """Costly or optional imports: reported, so that it can be seen what a scene really needs."""
+
+_FAULTS_OF = {"configurations": CONFIGURATION_FAULTS, "points": POINT_FAULTS}
+"""The faults of what is not poses."""
 
 _LATENCIES = 1000
 """Updates that the latency is taken over."""
@@ -141,7 +145,6 @@ class Diagnostics:
         the entries of the source's parts.
         """
         parts = Parts({}) if parts is None else parts
-        is_pose = noun != "configurations"
         name = source if noun == "poses" else f"{source} {noun}"
         age = None if statistics.last_arrival is None else (now - statistics.last_arrival) * 1e-9
         faults: Counter[Fault] = statistics.faults.copy()
@@ -154,7 +157,7 @@ class Diagnostics:
             f"{noun} applied": statistics.applied_poses,
             "dropped": sum(faults.values()),
         }
-        listed = POSE_FAULTS if is_pose else CONFIGURATION_FAULTS
+        listed = _FAULTS_OF.get(noun, POSE_FAULTS)
         values.update({fault.value: faults[fault] for fault in listed})
         values.update(parts.values)
         total = sum(faults.values())

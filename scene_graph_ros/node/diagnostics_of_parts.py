@@ -38,7 +38,7 @@ def parts_of(channel: Any, now: int, moment: int, max_age: float) -> Parts:
         return Parts(values, warning=first)
     if isinstance(channel, DescriptionChannel) and channel.failure:
         return Parts({}, warning=f"the newest description is not used: {channel.failure}")
-    return Parts({})
+    return Parts(channel.newest)
 
 
 def _joints(channel: JointChannel, now: int, moment: int, max_age: float) -> Parts:

@@ -9,7 +9,7 @@ from rclpy.node import Node
 
 from scene_graph_ros.node.topic_names import expand_topic, topic_problems, TopicNameError
 from scene_graph_ros.node.world.scene import Edit
-from scene_graph_ros.node.world.source_topics import topics_of
+from scene_graph_ros.node.world.source_topics import SourceTopic, topics_of
 from scene_graph_ros.node.world.world import WorldSnapshot
 
 __all__ = ["ResolvedTopics"]
@@ -28,9 +28,9 @@ class ResolvedTopics:
         self._resolve = functools.lru_cache(_KEPT)(self._absolute)
 
     def of(self, snapshot: WorldSnapshot, noun: str) -> dict[str, str]:
-        """Return the topic of each source that sends "poses" or "configurations"."""
+        """Return the topic of each source that sends "poses", "configurations" or "points"."""
         names = {}
-        for topic in topics_of(snapshot.records.values(), snapshot.deforming):
+        for topic in _topics_of(snapshot):
             if topic.noun == noun:
                 # None for a source that the program which embeds the node gave a bad name.
                 with contextlib.suppress(TopicNameError):
@@ -39,8 +39,8 @@ class ResolvedTopics:
 
     def check(self, edit: Edit, before: WorldSnapshot) -> None:
         """Raise TopicNameError for a new topic of a source that can't be subscribed to."""
-        old = topics_of(before.records.values(), before.deforming)
-        now = topics_of(edit.records.values(), edit.deforming())
+        old = _topics_of(before)
+        now = topics_of(edit.records.values(), edit.deforming(), edit.sensing())
         new = [topic for topic in now if topic not in old]
         if new:
             kept = [topic for topic in now if topic in old]
@@ -52,3 +52,7 @@ class ResolvedTopics:
         node = self._node
         expand_topic(topic, node=node.get_name(), namespace=node.get_namespace())
         return expand_topic(node.resolve_topic_name(topic))
+
+
+def _topics_of(snapshot: WorldSnapshot) -> dict[SourceTopic, None]:
+    return topics_of(snapshot.records.values(), snapshot.deforming, snapshot.sensing)

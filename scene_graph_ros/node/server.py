@@ -244,7 +244,12 @@ class Server:
         self._planned = self._regions = None
         self._descriptions: Descriptions | None = None
         self._subscriptions = Subscriptions(
-            self.node, world, self.group, self._loop.topics_changed, self._describe
+            self.node,
+            world,
+            self.group,
+            self._loop.topics_changed,
+            self._describe,
+            self.parameter("max_points_per_cloud"),
         )
         self._loader = loader
         self._kernels = KernelSupply(self.node.get_logger(), self._kernels_came)
@@ -363,10 +368,10 @@ class Server:
             due = self._effects.due(self._world.snapshot)
             with self._world.lock:
                 self._forget_impossible_stamps(limits)
-                moved, deformed, first = self._subscriptions.collect(limits)
+                moved, deformed, sensed, first = self._subscriptions.collect(limits)
                 snapshot = self._world.snapshot
-                if moved or deformed:
-                    snapshot = self._world.commit(moved, first, deformed)
+                if moved or deformed or sensed:
+                    snapshot = self._world.commit(moved, first, deformed, sensed)
                 if self.recorder is not None:
                     self.recorder.updated(limits, snapshot)
             self._effects.update(snapshot, due)

@@ -36,6 +36,7 @@ __all__ = ["Replay"]
 
 _EVENT_KIND = "std_msgs/msg/String"
 _CONFIGURATIONS = "configurations"
+_POINTS = "points"
 
 
 class Replay:
@@ -206,6 +207,11 @@ class Replay:
         self._static[source, noun, topic] = static
 
     def _channel(self, noun: str, record: SourceRecord) -> SourceChannel[Any, Any]:
+        if noun == _POINTS:
+            from scene_graph_ros.node.world.point_channel import PointChannel
+
+            most = self.parameters["max_points_per_cloud"]
+            return PointChannel(record, Intake(record.name, _ignore), most)
         if noun != _CONFIGURATIONS:
             return make_channel(noun, record, _ignore, self.world.world_frame)
         from scene_graph_ros.node.world.configurations import ConfigurationChannel
@@ -223,16 +229,18 @@ class Replay:
     def _on_update(self, time: int, *, limits: list[int], sequence: int) -> None:
         world, told = self.world, TimeLimits(*limits)
         with world.lock:
-            moved: set[str] = set()
-            deformed: set[str] = set()
+            moved, deformed, sensed = set[str](), set[str](), set[str]()
+            targets: dict[str, tuple[Callable[[str], Any], set[str]]] = {
+                _CONFIGURATIONS: (world.deformables.get, deformed),
+                _POINTS: (world.clouds.get, sensed),
+            }
             for name, noun in sorted(self._channels, key=_in_order):
-                channel, deforms = self._channels[name, noun], noun == _CONFIGURATIONS
-                find: Callable[[str], Any] = world.deformables.get if deforms else world.frames
-                record = world.records.get(name)
+                channel, record = self._channels[name, noun], world.records.get(name)
+                find, changed = targets.get(noun, (world.frames, moved))
                 if apply_kept(channel, record, partial(find, name), told) is not None:
-                    (deformed if deforms else moved).add(name)
-            if moved or deformed:
-                world.commit(moved, time, deformed)
+                    changed.add(name)
+            if moved or deformed or sensed:
+                world.commit(moved, time, deformed, sensed)
         self.snapshot = world.snapshot
         self.updates += 1
         if world.snapshot.sequence != sequence:
@@ -277,7 +285,7 @@ class Replay:
 
 def _in_order(key: tuple[str, str]) -> int:
     """Return when a channel's messages are applied, in an update of the node."""
-    order = (POSES, BASE_POSES, JOINT_POSES, _CONFIGURATIONS)
+    order = (POSES, BASE_POSES, JOINT_POSES, _CONFIGURATIONS, _POINTS)
     return order.index(key[1])
 
 

@@ -87,6 +87,8 @@ class Application:
         robot: LoadedRobot | None = None,
         configuration_topic: str = "",
         *,
+        points_topic: str = "",
+        cloud: str = "",
         interpolates: bool = True,
     ) -> LoadedSource:
         """Register a source and take note of it."""
@@ -99,6 +101,8 @@ class Application:
             topic,
             robot=robot,
             configuration_topic=configuration_topic,
+            points_topic=points_topic,
+            cloud=cloud,
             interpolates=interpolates,
         )
         self.sources[full_name] = source

@@ -97,7 +97,7 @@ def _add_sources(to: Application) -> None:
         given = source.poses
         pose_type = given.type if given is not None else _MULTI_DOF if moves else ""
         topic = (given.topic or "") if given is not None else ""
-        deforms = source.configurations
+        deforms, points = source.configurations, source.points
         interpolates = given is None or given.composition == "interpolated"
         with to.located("sources", index, "name"):
             added = to.add_source(
@@ -105,6 +105,8 @@ def _add_sources(to: Application) -> None:
                 pose_type,
                 topic,
                 configuration_topic=deforms.topic if deforms is not None else "",
+                points_topic=(points.topic or "") if points is not None else "",
+                cloud=(points.geometry or "") if points is not None else "",
                 interpolates=interpolates,
             )
         to.take_handle(added, source, "sources", index)

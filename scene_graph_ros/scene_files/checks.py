@@ -39,6 +39,7 @@ class _Checker:
         self._unique_sources()
         self._frames()
         self._geometries()
+        self._clouds()
         self._cameras()
         self._filters()
         return self.found
@@ -76,6 +77,23 @@ class _Checker:
             self.report(f"the name {name!r} is taken by line {first}", *path)
         else:
             places[name] = path
+
+    def _clouds(self) -> None:
+        """Check that sources send points of clouds that they have."""
+        for index, source in enumerate(self.spec.sources):
+            if source.points is None or source.points.geometry is None:
+                continue
+            name, own = (
+                source.points.geometry,
+                [g for g in self.spec.geometries if g.source == source.name],
+            )
+            clouds = [g.name for g in own if g.shape.type == "point_cloud"]
+            if name not in clouds:
+                hint = suggestion(name, clouds)
+                self.report(
+                    f"source {source.name!r} has no point_cloud {name!r}{hint}",
+                    *("sources", index, "points", "geometry"),
+                )
 
     def _frames(self) -> None:
         places: dict[str, tuple[str | int, ...]] = {}

@@ -137,6 +137,10 @@ class LoadedSource:
     robot: LoadedRobot | None = None
     configuration_topic: str = ""
     """Empty for the default topic."""
+    points_topic: str = ""
+    """Empty for the default topic."""
+    cloud: str = ""
+    """The name of the geometry whose points the source sends, empty for its only cloud."""
     interpolates: bool = True
     """Whether transforms of TF are composed at one time, or of the newest of each."""
     description: Any = None

@@ -111,6 +111,8 @@ class _Saving:
             self.inspector.get_owning_source_id(i)
             for i in self.inspector.get_all_deformable_geometry_ids()
         }
+        clouds = self.inspector.get_all_cloud_ids()
+        sensing = {self.inspector.get_owning_source_id(i) for i in clouds}
         for index, source in enumerate(self.inspector.get_all_source_ids()[1:]):
             entry: dict[str, Any] = {"name": self._checked(self.state.source_names[source])}
             if not _PLAIN_NAME.fullmatch(entry["name"]):
@@ -118,6 +120,8 @@ class _Saving:
                     entry["poses"] = {"topic": f"source_{index}/poses"}
                 if source in deforming:
                     entry["configurations"] = {"topic": f"source_{index}/configurations"}
+                if source in sensing:
+                    entry["points"] = {"topic": f"source_{index}/points"}
             found.append(entry)
         return found
 

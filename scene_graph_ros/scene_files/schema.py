@@ -139,6 +139,15 @@ class ConfigurationsSpec(_Spec):
     topic: Text = Field(description='Default: "<source>/configurations".')
 
 
+class PointsSpec(_Spec):
+    """Where the points of a source's cloud come from: sensor_msgs/PointCloud2 messages."""
+
+    topic: Text | None = Field(None, description='Default: "<source>/points".')
+    geometry: Name | None = Field(
+        None, description="Which of its clouds they are, of a source that has several."
+    )
+
+
 class SourceSpec(HandleSpec):
     """An owner of frames and geometry, which alone moves and changes them."""
 
@@ -148,6 +157,9 @@ class SourceSpec(HandleSpec):
     )
     configurations: ConfigurationsSpec | None = Field(
         None, description="Default for a source with deformable geometry: the topic's default."
+    )
+    points: PointsSpec | None = Field(
+        None, description="Default for a source with a cloud: the topic's default."
     )
 
 

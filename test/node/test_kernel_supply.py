@@ -12,7 +12,7 @@ from node_harness import NodeProcess, ROOT, wait_until
 import pytest
 import slow_kernels
 
-from scene_graph_msgs.msg import ContactArray, Status
+from scene_graph_msgs.msg import ContactArray, GeometryDescription, RoleProperties, Shape, Status
 from scene_graph_ros.geometry.compiled.cache import cache_root
 from scene_graph_ros.geometry.compiled.readiness import is_ready, ready_marker
 from scene_graph_ros.node.runtime.kernel_supply import KernelSupply
@@ -171,28 +171,31 @@ PROGRAM = """
 import slow_kernels
 from scene_graph_ros.node.main import main
 from scene_graph_ros.warmup.groups import GROUPS
-GROUPS["surfaces"] = slow_kernels.group("surfaces")
+GROUPS["%s"] = slow_kernels.group("%s")
 main()
 """
 
 
 @pytest.fixture
-def slow_node(domain, tmp_path):
-    """A node for which the kernels of surfaces seem to be missing, the slow ones in their place.
+def slow_node(domain, tmp_path, request):
+    """A node for which kernels of surfaces seem to be missing, the slow ones in their place.
 
-    Its cache has everything that is compiled here, but does not say that surfaces are ready.
+    Or those of another group. Its cache has everything that is compiled here, but does not say
+    that the group is ready.
     """
+    group = getattr(request, "param", "surfaces")
     cache = tmp_path / "kernels"
     cache.mkdir()
+    # The slow kernels are among the others. To name a marker reads all sources.
+    left_out = ("others", ready_marker(group).name)
     for path in cache_root().iterdir():
-        # The slow kernels are among the others.
-        if path.name not in ("others", ready_marker("surfaces").name):
+        if path.name not in left_out:
             (cache / path.name).symlink_to(path)
     (tmp_path / "scene.yaml").write_text(SCENE)
     node = NodeProcess(
         domain,
         {"scene": tmp_path / "scene.yaml", "diagnostics_rate": 20.0},
-        program=PROGRAM,
+        program=PROGRAM.replace("%s", group),
         fresh=True,
         extra_environment={
             CACHE: str(cache),
@@ -252,6 +255,40 @@ def test_contacts_go_on_while_surfaces_are_made_ready(client, slow_node, tmp_pat
     assert "not in the cache any more" not in slow_node.output()
     client.forget(contacts)
     client.forget(diagnostics)
+
+
+@pytest.mark.parametrize("slow_node", ["clouds"], indirect=True)
+def test_the_first_cloud_has_contacts_wait(client, slow_node, tmp_path):
+    """Nothing is compiled within an update; all that measures pairs says that it waits."""
+    files = Files(tmp_path)
+    contacts = client.listen(ContactArray, "contacts")
+    contacts.wait_for(lambda m: m.points or m.surfaces, "contacts without clouds")
+    source = client.call("RegisterSource", name="camera").source
+    cloud = GeometryDescription(
+        name="seen",
+        shape=Shape(kind=Shape.POINT_CLOUD, dimensions=[0.1], vertices=[0.0, 0.0, 0.5]),
+        roles=[RoleProperties(role=RoleProperties.PROXIMITY)],
+    )
+    cloud.pose.orientation.w = 1.0
+    answer = client.call("RegisterAnchoredGeometry", source=source, geometries=[cloud])
+    assert answer.status.code == Status.OK, answer.status
+    files.pid()
+    for service in ("ComputePointPairPenetration", "HasCollisions", "CheckConfigurations"):
+        status = client.call(service).status
+        assert (status.code, COMPILING in status.message) == (Status.UNAVAILABLE, True), status
+    assert client.call("DescribeScene").status.code == Status.OK
+    wait_until(lambda: not effect_of(client, "point_contact").is_on, "contacts that wait")
+    assert effect_of(client, "point_contact").reason.startswith(f"not yet: {COMPILING}; ")
+    slow_node.wait_for_output("effect point_contact is off: it waits for its kernels")
+    files.go()
+    version = answer.scene_version
+    wait_until(
+        lambda: contacts.newest.scene_version == version and contacts.newest.points,
+        "contacts with the cloud",
+        PATIENCE,
+    )
+    assert client.call("HasCollisions").status.code == Status.OK
+    client.forget(contacts)
 
 
 def test_a_node_that_is_killed_leaves_no_process_that_compiles(slow_node, tmp_path):

@@ -76,6 +76,14 @@ OF_DEFORMABLES = (
     "scene_graph_ros.node.effects.deformable_contact",
     "scene_graph_ros.node.effects.deformable_markers",
 )
+OF_CLOUDS = (
+    "msg_adapters.point_clouds",
+    "msg_adapters.wire.cloud_markers",
+    "scene_graph_ros.geometry.query.elements",
+    "scene_graph_ros.geometry.tables.point_tree",
+    "scene_graph_ros.node.effects.cloud_markers",
+    "scene_graph_ros.node.world.point_channel",
+)
 OF_BOTH = (
     "scene_graph_ros.geometry.meshes.volume",
     "meshio",
@@ -117,6 +125,12 @@ OF_REGIONS = (
     "scene_graph_ros.node.services.region_",
     "scene_graph_ros.node.world.kept_regions",
 )
+CLOUD = """
+  - name: seen
+    source: s
+    shape: {type: point_cloud, radius: 0.1, points: [[0, 0, 0.2]]}
+    roles: {proximity: {}, illustration: {}}
+"""
 CAMERA = """
 cameras:
   - {name: eye, source: s, size: [4, 3], fov_y: 1, images: [depth]}
@@ -153,9 +167,9 @@ def test_nothing_is_imported_or_advertised_unasked(run, properties):
     assert report["got"] == ["contacts", "markers/illustration", "markers/proximity"]
     assert report["contacts"] == [1, 0]
     unwanted = OF_SURFACES + OF_DEFORMABLES + OF_BOTH + OF_CAMERAS + OF_BROWSER
-    unwanted += OF_PLANNING + OF_RECORDING + OF_REGIONS
+    unwanted += OF_PLANNING + OF_RECORDING + OF_REGIONS + OF_CLOUDS
     assert [m for m in report["modules"] if m.startswith(unwanted)] == []
-    words = ("surface", "configurations", "camera", "region")
+    words = ("surface", "configurations", "camera", "region", "points")
     assert not [t for t in report["topics"] if any(word in t for word in words)]
     assert not [
         t for t in report["threads"] if any(w in t for w in ("camera", "browser", "recording"))
@@ -177,3 +191,11 @@ def test_what_is_asked_for_is_there(run):
     assert {"scene_graph_ros.node.effects.camera", "msg_adapters.images"} <= modules
     assert "/scene_graph/cameras/eye/depth/image" in report["topics"]
     assert not [t for t in report["threads"] if "camera" in t]
+
+
+def test_clouds_come_with_the_first(run):
+    """Their modules and their topic, and a point that is deep in the ball."""
+    report = run("", CLOUD)
+    assert not [name for name in OF_CLOUDS if name not in report["modules"]]
+    assert "/s/points" in report["topics"]
+    assert report["contacts"] == [2, 0]

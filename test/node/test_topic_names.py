@@ -25,6 +25,7 @@ class Sender:
     pose_type: str = POSES
     pose_topic: str = ""
     configuration_topic: str = ""
+    points_topic: str = ""
     robot: None = None
     description: None = None
 

@@ -267,3 +267,23 @@ def test_a_scene_without_them_imports_nothing_of_it():
         [sys.executable, "-c", program], capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
+
+
+SEEN = """
+version: 1
+sources:
+  - {name: camera, points: {topic: depth/points, geometry: %s}}
+geometries:
+  - {name: seen, source: camera, shape: {type: point_cloud, radius: 0.1}}
+"""
+
+
+def test_a_source_says_where_its_points_come_from():
+    """The topic, and which of its clouds they are; one that is not there is found in the file."""
+    _, loaded = apply(SEEN % "seen")
+    camera = loaded.sources["camera"]
+    assert (camera.points_topic, camera.cloud, camera.pose_type) == ("depth/points", "seen", "")
+    said = problem(SEEN % "sean")
+    assert "f:4" in said
+    assert "source 'camera' has no point_cloud 'sean'" in said
+    assert "seen" in said

@@ -31,6 +31,7 @@ from scene_graph_ros.geometry.model.version import GeometryVersion
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.shapes.mesh import Mesh
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
+from scene_graph_ros.geometry.shapes.point_cloud import PointCloud
 from scene_graph_ros.geometry.shapes.shape import Shape
 
 if TYPE_CHECKING:
@@ -124,6 +125,11 @@ class SceneGraphInspector(NotCopied):
     def get_all_deformable_geometry_ids(self) -> list[GeometryId]:
         """Return all deformable geometries."""
         return [i for i, r in self._state.geometries.items() if r.deformable is not None]
+
+    def get_all_cloud_ids(self) -> list[GeometryId]:
+        """Return all geometries that are a `PointCloud`, whose points a context has."""
+        records = self._state.geometries.items()
+        return [i for i, record in records if isinstance(record.shape, PointCloud)]
 
     def get_unchanged_geometry_ids(self, before: SceneGraphInspector) -> list[GeometryId]:
         """Return the geometries of which all is as ``before`` says, also frame and source."""

@@ -74,8 +74,11 @@ def initial_points(shape: PointCloud) -> PointSet:
 def new_points(shape: PointCloud, value: Any, label: str) -> PointSet:
     """Return points that were set, copied; ``value`` as `Context.set_points` takes it.
 
-    Raises InvalidConfigurationError, which begins with ``label``.
+    Points of the same shape that never change, such as those of another context, are taken as they
+    are, with their tree. Raises InvalidConfigurationError, which begins with ``label``.
     """
+    if isinstance(value, PointSet) and value.shape is shape:
+        return value
     error = InvalidConfigurationError
     given, radii = value if _is_pair(value) else (value, None)
     points = checked_points(given, f"{label}: points", error)

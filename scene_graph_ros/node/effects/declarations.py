@@ -12,6 +12,8 @@ from typing import Any, TYPE_CHECKING
 
 from scene_graph_ros.geometry import Role
 from scene_graph_ros.node.effects.demand import (
+    CLOUDS,
+    count_clouds,
     count_compliant,
     count_deformable,
     count_role,
@@ -69,9 +71,10 @@ class EffectDeclaration:
     its answer; with neither it is answers to requests, which the services compute.
     ``needs`` names the answers, its own and others', that it publishes where they are there.
     ``kernels`` names the group of kernels that it needs beside the main job's: it is on when they
-    are compiled. ``argument``, if any, is passed to the class beside its host, and the effect
-    is there as long as it is; ``switch`` is the name by which scene files switch it off, if not
-    its own.
+    are compiled; ``measures`` says that it asks about pairs of geometry, which needs those of
+    clouds where a scene has some. ``argument``, if any, is passed to the class beside its host,
+    and the effect is there as long as it is; ``switch`` is the name by which scene files switch it
+    off, if not its own.
     """
 
     name: str
@@ -84,12 +87,18 @@ class EffectDeclaration:
     switch: str = ""
     answer: AnswerDeclaration | None = None
     needs: tuple[str, ...] = ()
+    measures: bool = False
 
     @property
     def modules(self) -> tuple[str, ...]:
         """Its imports on demand, as ``module:class``."""
         question = "" if self.answer is None else self.answer.question
         return tuple(name for name in (question, self.factory) if name)
+
+    def kernel_groups(self, demand: Demand) -> tuple[str, ...]:
+        """Return the groups of kernels that it needs for a scene beside the main job's."""
+        clouds = CLOUDS if self.measures and demand.count(count_clouds) else ""
+        return tuple(group for group in (self.kernels, clouds) if group)
 
 
 def _by_role(role: Role) -> Callable[[Demand], str]:
@@ -163,6 +172,7 @@ EFFECTS: tuple[EffectDeclaration, ...] = (
         (CONTACTS, CONTACT_SURFACE_MARKERS, CONTACT_SURFACE_POINTS),
         f"{_PACKAGE}.contact_surfaces:ContactSurfacesEffect",
         "surfaces",
+        measures=True,
         answer=AnswerDeclaration(
             "surfaces", f"{_PACKAGE}.contact_surfaces:ContactSurfaces", is_slow=True
         ),
@@ -184,6 +194,7 @@ EFFECTS: tuple[EffectDeclaration, ...] = (
         "a geometry with the proximity role",
         (CONTACTS, CONTACT_MARKERS),
         f"{_PACKAGE}.point_contact:PointContact",
+        measures=True,
         answer=AnswerDeclaration("penetrations", f"{_PACKAGE}.point_contact:Penetrations"),
         needs=("surfaces", "penetrations", "deformable contact"),
     ),
@@ -240,6 +251,7 @@ EFFECTS: tuple[EffectDeclaration, ...] = (
         (MARKERS_PLAN, PLAN_HOLDS),
         f"{_PACKAGE}.plan:PlanEffect",
         "planning",
+        measures=True,
     ),
     EffectDeclaration(
         "planning",

@@ -10,7 +10,10 @@ from scene_graph_ros.geometry import Role
 from scene_graph_ros.geometry.model.contact_properties import HYDROELASTIC_GROUP
 from scene_graph_ros.geometry.model.hydroelastic_properties import Compliance
 
-__all__ = ["Demand", "count_compliant", "count_deformable", "count_role"]
+__all__ = ["CLOUDS", "Demand", "count_clouds", "count_compliant", "count_deformable", "count_role"]
+
+CLOUDS = "clouds"
+"""The group of kernels that measures clouds."""
 
 
 def _no_parameter(name: str) -> Any:
@@ -72,3 +75,10 @@ def count_deformable(inspector: Any) -> int:
     """Count the deformable geometries with the proximity role."""
     deformable = inspector.get_all_deformable_geometry_ids()
     return len({*deformable} & {*inspector.get_all_geometry_ids(Role.PROXIMITY)})
+
+
+def count_clouds(inspector: Any) -> int:
+    """Count the clouds with the proximity role."""
+    return len(
+        {*inspector.get_all_cloud_ids()} & {*inspector.get_all_geometry_ids(Role.PROXIMITY)}
+    )

@@ -97,7 +97,7 @@ class Effects:
             for state in self._states.values()
             if state.declaration.modules
             and self._reason(state.declaration, demand)
-            and not self._lack(state.declaration.kernels)
+            and not self._lacks(state.declaration.kernel_groups(demand))
         ]
         heard: list[tuple[EffectState, Effect]] = []
         for state in coming:
@@ -252,7 +252,7 @@ class Effects:
         resolve = self._host.node.resolve_topic_name
         with self._lock:
             return [
-                state.report(resolve, self._lack, self._why_off(state.declaration))
+                state.report(resolve, self._lacks, self._why_off(state.declaration))
                 for state in self._states.values()
             ]
 
@@ -269,6 +269,10 @@ class Effects:
             )
             self._demanded = (snapshot.scene_version, demand)
         return demand
+
+    def _lacks(self, groups: Iterable[str]) -> str:
+        """Return a sentence about groups of kernels that are not ready; "" where all are."""
+        return "; ".join(filter(None, [self._lack(group) for group in groups]))
 
     def _reason(self, declaration: EffectDeclaration, demand: Demand) -> str:
         return "" if self._is_switched_off(declaration) else declaration.asked_by(demand)
@@ -287,7 +291,8 @@ class Effects:
                     state.reason = self._reason(state.declaration, demand)
                 continue
             reason = self._reason(state.declaration, demand)
-            waits = bool(reason and self._lack(state.declaration.kernels))
+            state.kernels = state.declaration.kernel_groups(demand)
+            waits = bool(reason and self._lacks(state.kernels))
             state.waiting_reason = reason if waits else ""
             reason = "" if waits else reason
             changed = bool(reason) != state.is_on
@@ -309,13 +314,16 @@ class Effects:
                 told = (self._host,) if argument is None else (self._host, argument)
                 state.effect = load(declaration.factory)(*told)
             return
-        logger.info(f"effect {name} is off: {self._why_off(declaration)}")
+        waits = f"it waits for its kernels; {state.waiting_reason}" if state.waiting_reason else ""
+        logger.info(f"effect {name} is off: {waits or self._why_off(declaration)}")
         answer, state.answer = state.answer, None
         if answer is not None:
             answer.close()
         if state.effect is not None:
             state.closes_at = time.monotonic() + LINGER
-            state.effect.vanish(snapshot)
+            if not state.waiting_reason:
+                # One that waits for kernels can't say that there is nothing.
+                state.effect.vanish(snapshot)
 
     def _make_answer(self, declaration: AnswerDeclaration) -> Answer:
         question = load(declaration.question)()

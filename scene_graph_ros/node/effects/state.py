@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 import importlib
 import time
@@ -135,6 +135,8 @@ class EffectState:
     declaration: EffectDeclaration
     reason: str = ""
     waiting_reason: str = ""
+    kernels: tuple[str, ...] = ()
+    """The groups of kernels that it needs for the scene, beside the main job's."""
     effect: Effect | None = None
     answer: Answer | None = None
     closes_at: float | None = None
@@ -210,11 +212,11 @@ class EffectState:
             effect.close()
 
     def report(
-        self, resolve: Callable[[str], str], lack: Callable[[str], str], why_off: str
+        self, resolve: Callable[[str], str], lack: Callable[[Iterable[str]], str], why_off: str
     ) -> EffectReport:
         """Describe it; ``resolve`` makes names of topics absolute.
 
-        ``lack`` returns a sentence about a group of kernels that is not ready.
+        ``lack`` returns a sentence about groups of kernels that are not ready.
         """
         seconds, count, failure, stale = list(self.seconds), self.count, self.failure, ""
         effect: object = self.effect
@@ -223,7 +225,7 @@ class EffectState:
             failure, stale = failure or effect.failure(), effect.stale()
         waits = ""
         if self.waiting_reason:
-            doing = lack(self.declaration.kernels) or "its kernels are compiled by now"
+            doing = lack(self.kernels) or "its kernels are compiled by now"
             waits = f"not yet: {doing}; {self.waiting_reason}"
         return EffectReport(
             name=self.declaration.name,

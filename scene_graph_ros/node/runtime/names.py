@@ -23,6 +23,7 @@ __all__ = [
     "REGIONS",
     "TRANSFORMS",
     "default_configuration_topic",
+    "default_points_topic",
     "default_pose_topic",
     "service_name",
 ]
@@ -76,6 +77,11 @@ def default_pose_topic(source: str, pose_type: str) -> str:
 def default_configuration_topic(source: str) -> str:
     """Return the topic on which ``source`` sends configurations of its deformable geometry."""
     return f"{source}/configurations"
+
+
+def default_points_topic(source: str) -> str:
+    """Return the topic on which ``source`` sends the points of its cloud."""
+    return f"{source}/points"
 
 
 def service_name(service_type: str) -> str:

@@ -139,6 +139,15 @@ PARAMETERS: tuple[Parameter, ...] = (
         maximum=1e6,
     ),
     Parameter(
+        "max_points_per_cloud",
+        1_000_000,
+        "Points that one message of a source's cloud may have, at 64 bytes each; a larger one is"
+        " not read.",
+        minimum=1,
+        maximum=100_000_000,
+        read_only=True,
+    ),
+    Parameter(
         "max_points_per_request",
         1_000_000,
         "Points times configurations that one request may ask about; more is TOO_LARGE.",

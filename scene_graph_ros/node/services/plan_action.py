@@ -24,6 +24,7 @@ from scene_graph_ros.node.runtime.loop import OwnThreadGroup
 from scene_graph_ros.node.runtime.names import PLAN_PATH
 from scene_graph_ros.node.runtime.qos import feedback_qos, latched_qos
 from scene_graph_ros.node.runtime.requests import RequestLoop
+from scene_graph_ros.node.services.queries import kernels_of_clouds
 from scene_graph_ros.node.world.world import World
 
 __all__ = ["PlanAction"]
@@ -109,11 +110,12 @@ class PlanAction:
         begin = time.monotonic()
         try:
             module, kernels = _planner(goal.request.planner)
-            lacks = [self._host.lack_of_kernels(group) for group in kernels]
+            snapshot, now = self._world.snapshot, self._host.node.get_clock().now().nanoseconds
+            groups = (*kernels, *kernels_of_clouds(snapshot))
+            lacks = [self._host.lack_of_kernels(group) for group in groups]
             if any(lacks):
                 raise UnavailableError(f"not yet: {'; '.join(filter(None, lacks))}")
             plans = importlib.import_module(f"{__package__}.{module}")
-            snapshot, now = self._world.snapshot, self._host.node.get_clock().now().nanoseconds
             result, path = plans.plan(goal, snapshot, self._host.parameter, self._text, now)
             if path is not None:
                 self._host.plan_found(path)

@@ -38,6 +38,7 @@ from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.query.results import SignedDistancePairs
 from scene_graph_ros.geometry.query.what_if import ask_what_if
+from scene_graph_ros.node.effects.demand import CLOUDS
 from scene_graph_ros.node.services.tally import (
     points_within,
     require,
@@ -49,7 +50,7 @@ from scene_graph_ros.node.world.world import WorldSnapshot
 if TYPE_CHECKING:
     from scene_graph_ros.node.world.kept_regions import KeptRegions
 
-__all__ = ["QUERIES", "Query", "QueryScope"]
+__all__ = ["QUERIES", "Query", "QueryScope", "kernels_of_clouds"]
 
 T = TypeVar("T")
 
@@ -276,12 +277,24 @@ def _on_demand(name: str, module_name: str = "surface_queries") -> Handler:
 class Query:
     """A query service: its handler, and the effect that its time is booked under.
 
-    ``kernels`` names the group of kernels that it needs beside the main job's.
+    ``kernels`` names the group of kernels that it needs beside the main job's; ``measures`` says
+    that it asks about pairs of geometry, which needs those of clouds where a scene has some.
     """
 
     handler: Handler
     effect: str = ""
     kernels: str = ""
+    measures: bool = True
+
+    def kernel_groups(self, snapshot: WorldSnapshot) -> tuple[str, ...]:
+        """Return the groups of kernels that it needs for a scene beside the main job's."""
+        clouds = kernels_of_clouds(snapshot) if self.measures else ()
+        return (self.kernels, *clouds) if self.kernels else clouds
+
+
+def kernels_of_clouds(snapshot: WorldSnapshot) -> tuple[str, ...]:
+    """Return the group of kernels that measures clouds, of a scene that has some."""
+    return (CLOUDS,) if snapshot.query.snapshot.state.element_ids(Role.PROXIMITY) else ()
 
 
 def _of_planning(name: str) -> Query:
@@ -303,15 +316,17 @@ QUERIES: dict[str, Query] = {
     "ComputeSignedDistancePair": Query(signed_distance_pairs, "signed_distance"),
     "ComputeSignedDistancePairwise": Query(signed_distances, "signed_distance"),
     "ComputeSignedDistanceToPoint": Query(point_distances, "point_distance"),
-    "DescribeScene": Query(_on_demand("describe", "scene_description")),
+    "DescribeScene": Query(_on_demand("describe", "scene_description"), measures=False),
     "FindCollisionCandidates": Query(candidates),
-    "GetDeformableConfigurations": Query(_on_demand("deformable_configurations")),
-    "GetPoseInWorld": Query(poses),
+    "GetDeformableConfigurations": Query(_on_demand("deformable_configurations"), measures=False),
+    "GetPoseInWorld": Query(poses, measures=False),
     "GrowRegion": _of_regions("grow_region"),
     "HasCollisions": Query(collisions),
-    "IsCollisionFiltered": Query(filtered),
+    "IsCollisionFiltered": Query(filtered, measures=False),
     "LoadRegions": _of_regions("load_regions", "region_files"),
     "RemoveRegions": _of_regions("remove_regions"),
-    "RenderImages": Query(_on_demand("render_images", "camera_queries"), kernels="cameras"),
+    "RenderImages": Query(
+        _on_demand("render_images", "camera_queries"), kernels="cameras", measures=False
+    ),
     "SaveRegions": _of_regions("save_regions", "region_files"),
 }

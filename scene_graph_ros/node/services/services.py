@@ -7,7 +7,7 @@ nothing. All of them run in threads of their own, apart from the executor of the
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import nullcontext
 from functools import partial
 import time
@@ -202,9 +202,7 @@ class Services:
         query, kind = QUERIES[name], getattr(scene_graph_msgs.srv, name)
         response = kind.Response()
         try:
-            lack = self._host.lack_of_kernels(query.kernels) if query.kernels else ""
-            if lack:
-                raise UnavailableError(f"not yet: {lack}")
+            self._require_kernels(query.kernel_groups(scope.snapshot))
             begin = time.perf_counter()
             query.handler(request, response, scope)
             self._finish(response, scope.snapshot)
@@ -213,6 +211,12 @@ class Services:
         except Exception as error:  # noqa: BLE001 - every request is answered
             return self._refuse(name, kind.Response(), error)
         return response
+
+    def _require_kernels(self, groups: Iterable[str]) -> None:
+        """Raise UnavailableError for groups of kernels that are not ready; they are compiled."""
+        lacks = [self._host.lack_of_kernels(group) for group in groups]
+        if any(lacks):
+            raise UnavailableError(f"not yet: {'; '.join(filter(None, lacks))}")
 
     def _edit_callback(self, name: str) -> Callable[..., Any]:
         handler = EDITS[name]

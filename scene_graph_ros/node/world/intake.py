@@ -29,6 +29,7 @@ from scene_graph_ros.geometry.spatial.record_kernels import (
 
 __all__ = [
     "CONFIGURATION_FAULTS",
+    "POINT_FAULTS",
     "POSE_FAULTS",
     "UNSTAMPED",
     "Fault",
@@ -63,12 +64,27 @@ class Fault(enum.Enum):
     CONTRADICTORY = "contradictory"
     UNKNOWN_GEOMETRY = "unknown_geometry"
     WRONG_LENGTH = "wrong_length"
+    TOO_LARGE = "too_large"
 
 
-_OF_CONFIGURATIONS_ALONE = {Fault.UNKNOWN_GEOMETRY, Fault.WRONG_LENGTH}
-_OF_POSES_ALONE = {Fault.NOT_UNIT, Fault.UNKNOWN_FRAME, Fault.CONTRADICTORY}
-POSE_FAULTS = tuple(fault for fault in Fault if fault not in _OF_CONFIGURATIONS_ALONE)
-CONFIGURATION_FAULTS = tuple(fault for fault in Fault if fault not in _OF_POSES_ALONE)
+_OF_NO_POSES = {Fault.UNKNOWN_GEOMETRY, Fault.WRONG_LENGTH, Fault.TOO_LARGE}
+_OF_NO_CONFIGURATIONS = {
+    Fault.NOT_UNIT,
+    Fault.UNKNOWN_FRAME,
+    Fault.CONTRADICTORY,
+    Fault.TOO_LARGE,
+}
+POSE_FAULTS = tuple(fault for fault in Fault if fault not in _OF_NO_POSES)
+CONFIGURATION_FAULTS = tuple(fault for fault in Fault if fault not in _OF_NO_CONFIGURATIONS)
+POINT_FAULTS = (
+    Fault.MALFORMED,
+    Fault.STALE,
+    Fault.FUTURE,
+    Fault.OUT_OF_ORDER,
+    Fault.UNKNOWN_FRAME,
+    Fault.UNKNOWN_GEOMETRY,
+    Fault.TOO_LARGE,
+)
 
 
 _FAULTS = {

@@ -22,6 +22,7 @@ from scene_graph_ros.geometry.model.renderers import Renderer
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.steps import between_steps
 from scene_graph_ros.node.runtime.names import DEFAULT_POSE_TYPE
+from scene_graph_ros.node.world.clouds import clouds_by_source
 from scene_graph_ros.node.world.deformables import deformables_by_source, SourceDeformables
 from scene_graph_ros.node.world.handles import Handle
 from scene_graph_ros.node.world.intake import SourceFrames, UNSTAMPED
@@ -45,6 +46,7 @@ class SourceRecord:
 
     ``pose_type`` "" means that no poses are read. ``robot`` computes link poses for JointState,
     ``motion`` has when its joints were heard. ``interpolates``: TF is composed at one time.
+    ``cloud`` names the geometry whose points it sends, "" for its only one.
     ``description`` is the origin of a robot's description, None where a file has it.
     """
 
@@ -54,6 +56,8 @@ class SourceRecord:
     pose_topic: str = ""
     robot: Any = None
     configuration_topic: str = ""
+    points_topic: str = ""
+    cloud: str = ""
     interpolates: bool = True
     motion: RobotMotion | None = None
     description: Any = None
@@ -111,6 +115,12 @@ class Edit:
             inspector.get_owning_source_id(geometry_id)
             for geometry_id in inspector.get_all_deformable_geometry_ids()
         }
+        return frozenset(name for name, record in self.records.items() if record.id in owners)
+
+    def sensing(self) -> frozenset[str]:
+        """Return the names of the sources that have clouds."""
+        inspector = self.scene_graph.model_inspector()
+        owners = {inspector.get_owning_source_id(i) for i in inspector.get_all_cloud_ids()}
         return frozenset(name for name, record in self.records.items() if record.id in owners)
 
     def owner(self, name: str, token: int) -> SourceRecord:
@@ -225,6 +235,8 @@ class Scene:
             self._owners.update(dict.fromkeys(frames.names, name))
         ids = {name: record.id for name, record in self.records.items()}
         self.deformables = deformables_by_source(inspector, ids)
+        senders = {name: (each.id, each.cloud) for name, each in self.records.items()}
+        self.clouds = clouds_by_source(self.names, inspector, senders, world_frame)
         robots = {n: record.robot for n, record in self.records.items() if record.robot}
         self.robots = SceneRobots(robots, self.scene_graph, self.context, self.paddings)
 
@@ -252,7 +264,7 @@ class Scene:
         )
 
     def take_poses(self, before: Scene | None) -> None:
-        """Put all frames and vertices where they are in the scene before, by now."""
+        """Put all frames, vertices and points where they are in the scene before, by now."""
         for name, frames in self.frames.items():
             old = None if before is None else before.frames.get(name)
             if old is not None and old is not frames:
@@ -266,6 +278,9 @@ class Scene:
             if before is not None and name in before.deformables:
                 deformables.take_over(before.deformables[name])
             self.deform(name)
+        for name, clouds in self.clouds.items():
+            if before is not None and name in before.clouds:
+                clouds.take_over(before.clouds[name], before.context, self.context)
 
     def begin(self) -> None:
         """Tell the frames, which the scene before may share, whose all others are from now on."""
@@ -286,6 +301,10 @@ class Scene:
         fresh = {g: deformables.positions[g] for g in deformables.fresh}
         self.context.set_configurations(self.records[source].id, fresh)
         deformables.fresh.clear()
+
+    def sense(self, source: str) -> None:
+        """Bring points of a source's clouds that are new into the context, as all stands now."""
+        self.clouds[source].bring(self.context)
 
 
 def _frames_of(

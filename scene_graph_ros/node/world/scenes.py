@@ -226,6 +226,8 @@ class SceneLoader:
             source.pose_topic,
             source.robot,
             source.configuration_topic,
+            source.points_topic,
+            source.cloud,
             source.interpolates if robot is None else _interpolates(robot),
             motion,
             source.description,

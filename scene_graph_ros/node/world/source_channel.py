@@ -52,6 +52,8 @@ class SourceChannel(ABC, Generic[K, T]):
         self.intake = intake
         self.kind = kind
         self.readers: list[TopicReaders] = []
+        self.newest: dict[str, Any] = {}
+        """Entries of the diagnostics about the newest message; a new dict with each."""
 
     @property
     @abstractmethod

@@ -8,6 +8,7 @@ from typing import Any, Protocol
 
 from scene_graph_ros.node.runtime.names import (
     default_configuration_topic,
+    default_points_topic,
     default_pose_topic,
     DEFAULT_POSE_TYPE,
     TRANSFORMS,
@@ -18,6 +19,7 @@ __all__ = [
     "DEFAULT_POSE_TYPE",
     "DESCRIPTION_TYPE",
     "JOINT_STATE",
+    "POINTS_TYPE",
     "POSE_STAMPED",
     "TF",
     "TRANSFORM_STAMPED",
@@ -27,12 +29,14 @@ __all__ = [
     "configuration_topic",
     "description_topic",
     "joint_pose_topic",
+    "points_topic",
     "pose_topic",
     "topics_of",
 ]
 
 CONFIGURATION_TYPE = "scene_graph_msgs/msg/DeformableConfigurations"
 DESCRIPTION_TYPE = "std_msgs/msg/String"
+POINTS_TYPE = "sensor_msgs/msg/PointCloud2"
 JOINT_STATE = "sensor_msgs/msg/JointState"
 POSE_STAMPED = "geometry_msgs/msg/PoseStamped"
 TRANSFORM_STAMPED = "geometry_msgs/msg/TransformStamped"
@@ -57,6 +61,10 @@ class Sender(Protocol):
     @property
     def configuration_topic(self) -> str:
         """Topic of its configurations as given."""
+
+    @property
+    def points_topic(self) -> str:
+        """Topic of its cloud's points as given."""
 
     @property
     def robot(self) -> Any:
@@ -88,6 +96,11 @@ def configuration_topic(sender: Sender) -> str:
     return sender.configuration_topic or default_configuration_topic(sender.name)
 
 
+def points_topic(sender: Sender) -> str:
+    """Return the topic of the points of a source's cloud as asked for."""
+    return sender.points_topic or default_points_topic(sender.name)
+
+
 def base_topic(sender: Sender) -> str:
     """Return the topic on which a robot's base moves as asked for, "" where it stands still."""
     base = None if sender.robot is None else sender.robot.moving_base
@@ -107,8 +120,14 @@ def description_topic(sender: Sender) -> str:
     return "" if sender.description is None else sender.description.topic
 
 
-def topics_of(senders: Iterable[Sender], deforming: Container[str]) -> dict[SourceTopic, None]:
-    """Return all topics; ``deforming`` are the names of sources with deformable geometry."""
+def topics_of(
+    senders: Iterable[Sender], deforming: Container[str], sensing: Container[str] = ()
+) -> dict[SourceTopic, None]:
+    """Return all topics.
+
+    ``deforming`` are the names of sources with deformable geometry, ``sensing`` of those with
+    clouds.
+    """
     topics: dict[SourceTopic, None] = {}
     for sender in senders:
         name, kind = sender.name, sender.pose_type
@@ -119,6 +138,9 @@ def topics_of(senders: Iterable[Sender], deforming: Container[str]) -> dict[Sour
             topic, is_default = configuration_topic(sender), not sender.configuration_topic
             kind = CONFIGURATION_TYPE
             topics[SourceTopic(name, "configurations", topic, kind, is_default)] = None
+        if name in sensing:
+            topic, is_default = points_topic(sender), not sender.points_topic
+            topics[SourceTopic(name, "points", topic, POINTS_TYPE, is_default)] = None
         for noun, topic, kind in _of_robot(sender):
             if topic:
                 topics[SourceTopic(name, noun, topic, kind, False)] = None

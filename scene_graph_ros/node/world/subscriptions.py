@@ -1,4 +1,4 @@
-"""Everything that the node subscribes to: poses, configurations and descriptions of sources."""
+"""The node's subscriptions: poses, configurations, points and descriptions of sources."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from scene_graph_ros.node.world.configuration_inputs import ConfigurationInputs
 from scene_graph_ros.node.world.description_channel import Describe, DescriptionInputs
 from scene_graph_ros.node.world.inputs import BASE_POSES, JOINT_POSES, PoseInputs, POSES
 from scene_graph_ros.node.world.intake import TimeLimits
+from scene_graph_ros.node.world.point_inputs import PointInputs
 from scene_graph_ros.node.world.source_channel import Inputs
 from scene_graph_ros.node.world.world import World
 
@@ -25,6 +26,8 @@ class Collected(NamedTuple):
     """Names of the sources whose frames moved."""
     deformed: Any
     """The configurations that came, as `World.commit` takes them."""
+    sensed: set[str]
+    """Names of the sources whose clouds have other points."""
     first: int | None
     """The steady time of the first arrival, ns; None without any."""
 
@@ -39,16 +42,22 @@ class Subscriptions:
         group: OwnThreadGroup,
         changed: Callable[[], None],
         describe: Describe,
+        most_points: int,
     ) -> None:
-        """``describe`` takes a source's name, the text of its robot, and a callback."""
+        """``describe`` takes a source's name, the text of its robot, and a callback.
+
+        A message of points has ``most_points`` at most.
+        """
         self._poses = [
             PoseInputs(node, world, group, changed, noun)
             for noun in (POSES, BASE_POSES, JOINT_POSES)
         ]
         self._configurations = ConfigurationInputs(node, world, group, changed)
+        self._points = PointInputs(node, world, group, changed, most_points)
         self.all: list[Inputs[Any]] = [
             *self._poses,
             self._configurations,
+            self._points,
             DescriptionInputs(node, world, group, changed, describe),
         ]
 
@@ -64,13 +73,14 @@ class Subscriptions:
             inputs.look()
 
     def collect(self, limits: TimeLimits) -> Collected:
-        """Judge all poses and configurations that wait, and put those in place that count."""
+        """Judge all messages that wait, and put in place what counts of them."""
         collected = [inputs.collect(limits) for inputs in self._poses]
         deformed, arrived = self._configurations.collect(limits)
+        sensed, sensed_at = self._points.collect(limits)
         moved = {name for names, _ in collected for name in names}
         # Steady times are never 0.
-        arrivals = (arrived, *(arrival for _, arrival in collected))
-        return Collected(moved, deformed, min(filter(None, arrivals), default=None))
+        arrivals = (arrived, sensed_at, *(arrival for _, arrival in collected))
+        return Collected(moved, deformed, sensed, min(filter(None, arrivals), default=None))
 
     def forget(self, after: int) -> None:
         """Forget stamps later than that; the poses hold."""

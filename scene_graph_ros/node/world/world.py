@@ -22,6 +22,7 @@ from scene_graph_ros.geometry.spatial.record_kernels import latest
 from scene_graph_ros.geometry.steps import between_steps, calling_between_steps
 from scene_graph_ros.node.runtime.made_once import made_once
 from scene_graph_ros.node.runtime.precedence import Precedence
+from scene_graph_ros.node.world.clouds import SourceClouds
 from scene_graph_ros.node.world.deformables import SourceDeformables
 from scene_graph_ros.node.world.half_spaces import check_half_spaces
 from scene_graph_ros.node.world.handles import Handle, new_token
@@ -59,7 +60,11 @@ class SourceStamps:
 
     @classmethod
     def of(
-        cls, frames: SourceFrames, deformables: SourceDeformables | None, record: SourceRecord
+        cls,
+        frames: SourceFrames,
+        deformables: SourceDeformables | None,
+        clouds: SourceClouds | None,
+        record: SourceRecord,
     ) -> SourceStamps:
         """Return those of a source now."""
         stamps, is_static = frames.stamps.copy(), frames.is_static.copy()
@@ -68,10 +73,12 @@ class SourceStamps:
             newest = max(newest, int(latest(record.motion.stamps)))
         if deformables is not None:
             newest = max(newest, deformables.stamp())
+        if clouds is not None:
+            newest = max(newest, clouds.stamp())
         stamp = newest
         if record.motion is not None and len(stamps):
             stamp = int(np.where(is_static, STATIC, stamps).min())
-        elif len(stamps) and is_static.all() and deformables is None:
+        elif len(stamps) and is_static.all() and deformables is None and clouds is None:
             stamp = STATIC
         joints = {} if record.motion is None else record.motion.joint_stamps(STATIC)
         return cls(frames.ids, stamps, is_static, newest, stamp, joints)
@@ -88,7 +95,8 @@ class WorldSnapshot:
     """The world at one time. Nothing in it changes any more.
 
     ``records`` are its sources by name, ``deforming`` the names of those with deformable geometry,
-    ``cameras`` the cameras by name, also those whose frame is gone.
+    ``sensing`` of those with clouds, ``cameras`` the cameras by name, also those whose frame is
+    gone.
     ``stamp`` is the newest stamp among its poses, ``stamps`` has those of each source's frames;
     nanoseconds of the node's clock, STATIC for those that never get old. ``arrival`` is when the
     oldest message that this update applied arrived, nanoseconds of the steady clock; None where
@@ -110,6 +118,7 @@ class WorldSnapshot:
     bases: Mapping[str, NDArray[np.float64]]
     arrival: int | None = None
     cameras: Mapping[str, CameraDescription] = field(default_factory=dict)
+    sensing: frozenset[str] = frozenset()
     _turns: dict[Hashable, threading.Lock] = field(default_factory=dict, repr=False)
 
     def ask(self, question: Callable[..., T], *arguments: Hashable) -> T:
@@ -234,6 +243,11 @@ class World:
         """Deformable geometry by source, of those that have some; ``lock`` to change them."""
         return self._scene.deformables
 
+    @property
+    def clouds(self) -> Mapping[str, SourceClouds]:
+        """Clouds by source, of those that have some; ``lock`` to change them."""
+        return self._scene.clouds
+
     def edit(
         self,
         change: Callable[[Edit], T],
@@ -278,11 +292,16 @@ class World:
                 return result, self._snapshot
 
     def commit(
-        self, moved: Iterable[str], arrival: int | None, deformed: Iterable[str] = ()
+        self,
+        moved: Iterable[str],
+        arrival: int | None,
+        deformed: Iterable[str] = (),
+        sensed: Iterable[str] = (),
     ) -> WorldSnapshot:
         """Take the poses that were written into the frames of ``moved`` sources into a snapshot.
 
-        Likewise the configurations of ``deformed`` sources. To be called with ``lock`` held,
+        Likewise the configurations of ``deformed`` sources, and the points of ``sensed`` ones, in
+        frames where these are by then. To be called with ``lock`` held,
         after `Intake.accept`.
         """
         with self.lock:
@@ -291,6 +310,8 @@ class World:
                 scene.context.set_frame_poses(scene.records[source].id, scene.frames[source].X_PF)
             for source in deformed:
                 scene.deform(source)
+            for source in sensed:
+                scene.sense(source)
             self._publish(arrival)
             return self._snapshot
 
@@ -316,6 +337,8 @@ class World:
                 late = [g for g, stamp in deformables.stamps.items() if stamp > after]
                 for geometry_id in late:
                     del deformables.stamps[geometry_id]
+            for clouds in self._scene.clouds.values():
+                clouds.forget(after)
             self._publish(None)
 
     def _publish(self, arrival: int | None) -> None:
@@ -326,7 +349,12 @@ class World:
 
     def _snapshot_of(self, scene: Scene, arrival: int | None) -> WorldSnapshot:
         stamps = {
-            name: SourceStamps.of(frames, scene.deformables.get(name), scene.records[name])
+            name: SourceStamps.of(
+                frames,
+                scene.deformables.get(name),
+                scene.clouds.get(name),
+                scene.records[name],
+            )
             for name, frames in scene.frames.items()
         }
         return WorldSnapshot(
@@ -334,6 +362,7 @@ class World:
             names=scene.names,
             records=scene.records,
             deforming=frozenset(scene.deformables),
+            sensing=frozenset(scene.clouds),
             scene_version=scene.version,
             sequence=self._sequence,
             stamp=max([0, *(each.newest for each in stamps.values())]),

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import threading
 
+from cloud_messages import cloud_message
 from diagnostic_msgs.msg import DiagnosticArray
 from node_harness import diagnostics_values, environment, ROOT, wait_until
 import numpy as np
@@ -15,6 +16,7 @@ from page_files import FileReader
 import pytest
 from recordings import counted, replay, size_of
 from rosbags.rosbag2 import Reader
+from sensor_msgs.msg import PointCloud2
 from visualization_msgs.msg import MarkerArray
 
 from msg_adapters.deformables import configurations_to_msg
@@ -51,6 +53,14 @@ geometries:
     pose: {xyz: [0, 0, 0.2]}
     shape: {type: box, size: [0.2, 0.3, 0.1]}
     deformable: {resolution_hint: 0.1}
+"""
+SEEN = """
+version: 1
+sources: [{name: camera}, {name: other}]
+frames: [{name: hand, source: other}]
+geometries:
+  - {name: ball, source: other, frame: hand, shape: {type: sphere, radius: 0.125}}
+  - {name: seen, source: camera, shape: {type: point_cloud, radius: 0.125}}
 """
 BALLS = """
 version: 1
@@ -151,6 +161,38 @@ def test_configurations_are_replayed(start_node, client, domain, tmp_path):
     far = np.linalg.norm(vertices[:, None] - down, axis=2).min(axis=1)
     assert far.max() < 1e-6
     assert vertices[:, 2].min() == pytest.approx(-0.03, abs=1e-6)
+
+
+def test_points_are_replayed(start_node, client, domain, tmp_path):
+    """A point that comes nearer to a ball: the contacts are those that went out."""
+    folder = tmp_path / "bag"
+    (tmp_path / "seen.yaml").write_text(SEEN)
+    options = {"scene": tmp_path / "seen.yaml", "record": folder, "max_points_per_cloud": 2}
+    node = start_node(options, fresh=True)
+    publisher = client.publisher(PointCloud2, "/camera/points")
+    contacts = client.listen(ContactArray, "contacts")
+    for height in (0.1875, 0.125):
+        message = cloud_message([[0.0, 0.0, height]], "other/hand")
+        message.header.stamp = stamp = client.now()
+        publisher.publish(message)
+        contacts.wait_for(lambda m, stamp=stamp: m.header.stamp == stamp and m.points, "a contact")
+    # One that is refused, which the replay is to refuse as well.
+    message = cloud_message(np.zeros((3, 3)))
+    message.header.stamp = client.now()
+    publisher.publish(message)
+    client.call("RegisterSource", name="new")
+    message = cloud_message([[0.0, 0.0, 0.15625]], "other/hand")
+    message.header.stamp = stamp = client.now()
+    publisher.publish(message)
+    contacts.wait_for(lambda m: m.header.stamp == stamp and m.points, "the last contact")
+    client.forget(contacts)
+    client.destroy(publisher)
+    assert node.stop() == 0
+    code, said = replay(domain, folder, "--check")
+    assert code == 0, said
+    inputs, edits, _, equal, late, different = counted(said)
+    assert (inputs, edits, different) == (4, 1, 0), said
+    assert equal >= late + 3
 
 
 def test_a_replay_of_other_files_differs(start_node, domain, tmp_path):
