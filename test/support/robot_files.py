@@ -90,7 +90,7 @@ def hollow_parts(parts):
 
 
 def has_hole(vertices, triangles):
-    """Tell whether a part has a hole that is wider than GAP: larger than GAP along the loop around it.
+    """Tell whether a part has a hole that is larger than GAP times the length around it.
 
     The area vector of what closes a hole is that of its loop.
     """

@@ -22,6 +22,7 @@ from scene_graph_ros.geometry.meshes.solids.folds import unfolded
 from scene_graph_ros.geometry.meshes.solids.overlaps import groups_of_boxes
 from scene_graph_ros.geometry.meshes.solids.pairing import with_pairs_apart
 from scene_graph_ros.geometry.meshes.solids.parts import Parts
+from scene_graph_ros.geometry.meshes.solids.piercing import TooManyError
 from scene_graph_ros.geometry.meshes.solids.press import pressed_together
 from scene_graph_ros.geometry.meshes.solids.resolve import resolved
 from scene_graph_ros.geometry.meshes.solids.slivers import without_short_edges
@@ -224,7 +225,10 @@ def _about(
 
 def _resolved_group(points: FloatArray, oriented: IntArray) -> tuple[FloatArray, IntArray]:
     """Return the boundary of what triangles wind around, by cutting them where they cross."""
-    found = resolved(unfolded(points, oriented), oriented)
+    try:
+        found = resolved(unfolded(points, oriented), oriented)
+    except TooManyError as error:
+        raise _NotUnitedError(f"parts can't be united: {error}") from error
     if found is None:
         raise _NotUnitedError("parts can't be united: where they cross, they do not close")
     united = found[0], without_short_edges(*found)

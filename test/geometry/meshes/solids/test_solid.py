@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial import ConvexHull
 from winding_truth import solid_angles
 
 from scene_graph_ros.geometry import Mesh
@@ -201,3 +202,37 @@ def test_a_tolerance_out_of_range_is_refused():
     properties.add_property("mesh", "repair_tolerance", 0.5)
     with pytest.raises(PropertyError, match=r"'repair_tolerance'\) must be a number from 0 to"):
         mesh_meant(Mesh(vertices=UNIT[0], faces=FACES), properties)
+
+
+def crumpled():
+    """Return a closed surface that crosses itself all over: a ball's, its corners at random."""
+    rng = np.random.default_rng(3)
+    on_ball = rng.normal(size=(40, 3))
+    hull = ConvexHull(on_ball / np.linalg.norm(on_ball, axis=1)[:, None])
+    return rng.uniform(size=(40, 3)), hull.simplices.astype(np.int64)
+
+
+@pytest.mark.parametrize(
+    ("limit", "scale", "sentence"),
+    [
+        ("arrangement.MOST_PIECES", 2.0, "triangles would be cut into more than 300 pieces"),
+        ("piercing._MOST_PAIRS", 3.0, "more than 300 pairs of triangles may cross"),
+    ],
+)
+def test_what_crosses_itself_too_often_stays_as_it_is(monkeypatch, limit, scale, sentence):
+    """The work is bounded, and the report says that it stopped there; else it is cut."""
+    vertices, faces = crumpled()
+    whole = surface_of(Mesh(vertices=vertices, faces=faces))
+    assert whole.report.is_closed, str(whole.report)
+    assert len(whole.triangles) > 300
+    monkeypatch.setattr(f"scene_graph_ros.geometry.meshes.solids.{limit}", 300)
+    # Of another size, since the solid of the first one is known.
+    mesh = Mesh(vertices=scale * vertices, faces=faces)
+    surface = surface_of(mesh)
+    assert not surface.report.is_closed
+    assert sentence in surface.report.reason
+    assert len(surface.triangles) == len(faces)
+    properties = ProximityProperties()
+    properties.add_property("mesh", "solid", "required")
+    with pytest.raises(MeshError, match=sentence):
+        check_solid(mesh_meant(mesh, properties), properties, "crumple")
