@@ -1,5 +1,6 @@
 """Triangles as solids: parts, cavities, sheets, repairs, in any order and orientation."""
 
+from mesh_distances import signed_distances
 import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
@@ -236,3 +237,16 @@ def test_what_crosses_itself_too_often_stays_as_it_is(monkeypatch, limit, scale,
     properties.add_property("mesh", "solid", "required")
     with pytest.raises(MeshError, match=sentence):
         check_solid(mesh_meant(mesh, properties), properties, "crumple")
+
+
+@pytest.mark.parametrize("others", [[], [((3, 0, 0), (4, 1, 1))]])
+def test_a_part_nested_in_itself_along_common_edges_has_no_walls_inside(others):
+    """A box with a smaller one in it, that has a face in common, cut the other way."""
+    outer, inner = body((0, 0, 0), (3, 1, 1)), body((2, 0, 0), (3, 1, 1))
+    at_end = (inner[0][inner[1]][:, :, 0] == 3).all(axis=1)
+    flipped = np.concatenate([inner[1][~at_end], [(4, 6, 5), (5, 6, 7)]])
+    mesh = together(outer, (inner[0], flipped), *(body(*box) for box in others))
+    surface = surface_of(Mesh(vertices=mesh[0], faces=mesh[1]))
+    assert surface.report.is_closed, str(surface.report)
+    depth = signed_distances(Mesh(vertices=mesh[0], faces=mesh[1]), np.array([[2.0, 0.5, 0.5]]))
+    assert depth[0] == pytest.approx(-0.5, abs=1e-9)
