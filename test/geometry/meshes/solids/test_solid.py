@@ -9,6 +9,7 @@ from winding_truth import solid_angles
 from scene_graph_ros.geometry import Mesh
 from scene_graph_ros.geometry.errors import MeshError, PropertyError
 from scene_graph_ros.geometry.meshes.solids.solid import solid_of
+from scene_graph_ros.geometry.meshes.solids.union import _hold_to_winding
 from scene_graph_ros.geometry.meshes.solids.winding import winding_numbers
 from scene_graph_ros.geometry.meshes.sources import is_convex, surface_of
 from scene_graph_ros.geometry.model.mesh_properties import check_solid, mesh_meant
@@ -250,3 +251,10 @@ def test_a_part_nested_in_itself_along_common_edges_has_no_walls_inside(others):
     assert surface.report.is_closed, str(surface.report)
     depth = signed_distances(Mesh(vertices=mesh[0], faces=mesh[1]), np.array([[2.0, 0.5, 0.5]]))
     assert depth[0] == pytest.approx(-0.5, abs=1e-9)
+
+
+def test_a_union_with_walls_inside_is_refused():
+    """A box in a box, both kept: points of the inner one are wound around twice."""
+    mesh = together(body((0, 0, 0), (3, 1, 1)), body((1, 0.1, 0.1), (2, 0.9, 0.9)))
+    with pytest.raises(Exception, match=r"parts can't be united near"):
+        _hold_to_winding(mesh, mesh)
