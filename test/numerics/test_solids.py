@@ -1,20 +1,25 @@
 """Solids of bodies against constructive truth."""
 
-from constructed_solids import boundary, distances, inside, random_solid, written
-from mesh_distances import signed_distances
+import itertools
+
+from constructed_solids import boundary, distances, inside, random_solid, with_specks, written
+from mesh_distances import ball_distances, signed_distances
 import numpy as np
 import pytest
+from scipy.spatial import ConvexHull
 from searching import times
 
 from scene_graph_ros.geometry import Mesh
 from scene_graph_ros.geometry.meshes.sources import surface_of
 
-POINTS = 200
+POINTS = 1400
 """Of each solid; half of them in its box, half within a tenth of its size from a face."""
 
-SIDES, SIDES_FLOAT32 = 1e-9, 3e-6
-"""Relative to the size: nearer to the surface a side may be either. Of coordinates in float32 the
-faces of a body are bent, and those that touch are apart or overlap, by rounding."""
+BALLS = 210
+"""Of each solid: the first of its points are their centres."""
+
+SIDES = 1e-9
+"""Relative to the size: nearer to the surface a side may be either."""
 
 SLIVERS = 1e-9
 """Relative to the size: the promise where bodies meet in slivers, as they may anywhere here."""
@@ -31,7 +36,57 @@ def asked_points(rng, solid):
     middles = np.vstack([body.vertices[body.faces].mean(axis=1) for body in solid.bodies])
     near = middles[rng.integers(len(middles), size=POINTS // 2)]
     step = rng.normal(size=near.shape) * solid.size * 10.0 ** rng.uniform(-7, -1, (len(near), 1))
-    return np.vstack([rng.uniform(lower - spread, upper + spread, near.shape), near + step])
+    points = np.vstack([rng.uniform(lower - spread, upper + spread, near.shape), near + step])
+    return rng.permutation(points)
+
+
+def sharpness(body):
+    """Return by how much more than its planes a corner of a body moves, when they move alike.
+
+    A corner of planes n that all move by one moves by the x of which each n . x is one; of those
+    that move three are enough.
+    """
+    worst = 1.0
+    for corner in body.vertices:
+        on = np.abs(body.normals @ corner - body.offsets) < 1e-9 * np.ptp(body.vertices)
+        for three in itertools.combinations(body.normals[on], min(3, np.count_nonzero(on))):
+            worst = max(worst, float(np.linalg.norm(np.linalg.pinv(np.array(three)).sum(axis=1))))
+    return worst
+
+
+def sides_of_float32(solid):
+    """Return how far from the surface, metres, a side may be either for coordinates in float32.
+
+    A coordinate x is rounded by at most 2^-24 |x|, so a corner moves by sqrt(3) 2^-24 of the
+    largest one; a point of a triangle moves no further than its corners. Faces that touched are
+    apart by twice that at most. Pressing moves each by half of the gap, which is once that, and a
+    corner of several faces by its sharpness times as much.
+    """
+    largest = max(np.abs(body.vertices).max() for body in solid.bodies)
+    rounding = np.sqrt(3.0) * 2.0**-24 * largest
+    return rounding * (1.0 + max(sharpness(body) for body in solid.bodies))
+
+
+def check_balls(rng, solid, mesh, centres, signed):
+    """Hold balls to the signed distances (n,) of their centres, that are true.
+
+    Outside and where they touch, theirs is that less the radius. Deeper ones may leave the convex
+    hull by a shorter way, if there is one: none is deeper than either way, and they are as deep as
+    the shorter one.
+    """
+    radii = solid.size * 10.0 ** rng.uniform(-4, -0.3, len(centres))
+    # Half of them are in contact, or nearly so: where centres are outside, by the radius.
+    is_near = (signed > 1e-6 * solid.size) & (rng.random(len(centres)) < 0.7)
+    touching = signed + solid.size * 10.0 ** rng.uniform(-9, -2, len(centres)) * rng.choice(
+        [-1, 1], len(centres)
+    )
+    radii = np.where(is_near & (touching > 1e-6 * solid.size), touching, radii)
+    found = ball_distances(mesh, centres, radii)
+    hull = ConvexHull(np.vstack([body.vertices for body in solid.bodies]))
+    way = (centres @ hull.equations[:, :3].T + hull.equations[:, 3]).max(axis=1) - radii
+    expected = signed - radii
+    expected = np.where((expected < 0.0) & (way < 0.0), np.maximum(expected, way), expected)
+    return np.abs(found - expected) / solid.size, (found, expected, way, radii)
 
 
 @pytest.mark.search
@@ -42,17 +97,26 @@ def test_random_solids_have_the_sides_and_distances_of_their_bodies():
         rng = np.random.default_rng(seed)
         solid = random_solid(rng)
         single = rng.random() < 0.3
-        vertices, faces = written(rng, solid, single=single)
+        given, specks = with_specks(rng, solid)
+        vertices, faces = written(rng, given, single=single)
         mesh = Mesh(vertices=vertices, faces=faces)
         report = surface_of(mesh).report
         assert report.is_closed, (seed, str(report))
+        if not single:
+            dropped = [r.count for r in report.repairs if r.kind.startswith("parts smaller")]
+            assert sum(dropped) == specks, (seed, str(report))
         points = asked_points(rng, solid)
         phi = signed_distances(mesh, points)
         expected = distances(boundary(solid), points)
-        clear = expected > (SIDES_FLOAT32 if single else SIDES) * solid.size
-        wrong = ((phi < 0.0) != inside(solid, points)) & clear
+        is_inside = inside(solid, points)
+        clear = expected > (sides_of_float32(solid) if single else SIDES * solid.size)
+        wrong = ((phi < 0.0) != is_inside) & clear
         assert not wrong.any(), (seed, points[wrong][0], str(report))
         if not single:
             worst.append(np.abs(np.abs(phi) - expected).max() / solid.size)
             assert worst[-1] <= SLIVERS, (seed, worst[-1], str(report))
+            signed = np.where(is_inside, -expected, expected)[:BALLS]
+            errors, values = check_balls(rng, solid, mesh, points[:BALLS], signed)
+            k = errors.argmax()
+            assert errors[k] <= SLIVERS, (seed, points[k], [v[k] for v in values], str(report))
     assert np.quantile(worst, 0.9) <= PLAIN

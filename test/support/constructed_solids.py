@@ -12,7 +12,16 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import ConvexHull
 
-__all__ = ["Body", "Solid", "boundary", "distances", "inside", "random_solid", "written"]
+__all__ = [
+    "Body",
+    "Solid",
+    "boundary",
+    "distances",
+    "inside",
+    "random_solid",
+    "with_specks",
+    "written",
+]
 
 STEP = 1e-8
 """Relative to the size: how far before and behind a piece sides are asked for."""
@@ -188,6 +197,20 @@ def solid_of_bodies(bodies, turned, *, has_common_edges=False):
         nearest = min(around, key=volumes.__getitem__, default=i)
         hollow.append(len(around) % 2 == 1 and turned[nearest] != turned[i])
     return Solid(bodies, turned, hollow, size, has_common_edges)
+
+
+def with_specks(rng, solid):
+    """Return a solid with some bodies more that are less than 1e-12 of it, and how many."""
+    corners = np.vstack([body.vertices for body in solid.bodies])
+    lower, upper = corners.min(axis=0), corners.max(axis=0)
+    specks = []
+    for _ in range(int(rng.integers(3))):
+        shape = convex_body(shape_points(rng) @ rotation(rng).T)
+        # The largest shapes are of size 3, and their corners must not be rounded together.
+        small = shape.vertices * solid.size * 10.0 ** rng.uniform(-13.0, -12.5)
+        specks.append(shape._replace(vertices=small + rng.uniform(lower, upper)))
+    turned = solid.is_turned + [False] * len(specks)
+    return solid._replace(bodies=solid.bodies + specks, is_turned=turned), len(specks)
 
 
 def inside(solid, points):

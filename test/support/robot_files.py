@@ -6,6 +6,8 @@ import importlib.util
 from pathlib import Path
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 from winding_truth import is_inside, raw_parts, solid_angles, without_pairs
 
 __all__ = ["disagreements", "robot_meshes", "truth"]
@@ -22,6 +24,9 @@ PACKAGES = {
 SUFFIXES = (".stl", ".dae", ".obj", ".ply", ".glb")
 PAIRS = 400_000
 """Solid angles that are computed of one file."""
+
+GAP = 1e-6
+"""Relative to the size: gaps that are closed (``repair_tolerance``)."""
 
 ALIKE = 0.9
 """The share of a part's triangles that must run alike for it to be a cavity."""
@@ -84,20 +89,48 @@ def hollow_parts(parts):
     return result
 
 
+def has_hole(vertices, triangles):
+    """Tell whether a part has a hole that is larger than GAP times the length around it.
+
+    The area vector of what closes a hole is that of its loop.
+    """
+    start, end = triangles.reshape(-1), np.roll(triangles, -1, axis=1).reshape(-1)
+    shape = (len(vertices), len(vertices))
+    net = coo_array((np.ones(len(start)), (start, end)), shape=shape).tocsr()
+    start, end = ((net - net.T) > 0.0).nonzero()
+    if not len(start):
+        return False
+    border = coo_array((np.ones(len(start)), (start, end)), shape=shape)
+    loop = connected_components(border, directed=False)[1][start]
+    _, first, loop = np.unique(loop, return_index=True, return_inverse=True)
+    origin = vertices[start[first]][loop]
+    area = 0.5 * np.cross(vertices[start] - origin, vertices[end] - origin)
+    sums = np.stack([np.bincount(loop, area[:, k]) for k in range(3)], axis=1)
+    size = np.ptp(vertices[triangles].reshape(-1, 3), axis=0).max()
+    length = np.bincount(loop, np.linalg.norm(vertices[end] - vertices[start], axis=1))
+    return (np.linalg.norm(sums, axis=1) > GAP * size * length).any()
+
+
 def truth(vertices, triangles, points, report):
     """Return whether points are inside by the definition, or None where it says nothing.
 
-    That is so for sheets, and where parts can't be told: where edges of more than two triangles,
-    none doubled, leave parts that wind around points by fractions, and the file's triangles as
-    written do so too, or some of them run against the others.
+    That is so for sheets, also where a hole is so small that they nearly wind around points; and
+    where parts can't be told: where edges of more than two triangles, none doubled, leave parts
+    that wind around points by fractions, and the file's triangles as written do so too, or some of
+    them run against the others.
     """
     parts = raw_parts(vertices, triangles)
     if parts.is_whole:
         return is_inside(points, parts, hollow_parts(parts))
     # Parts that touch at edges are told by edges of two, once doubled triangles are gone.
-    parts = raw_parts(vertices, without_pairs(vertices, triangles))
+    single = without_pairs(vertices, triangles)
+    if not len(single):
+        return None  # all are doubled: whether they bound anything is a guess
+    parts = raw_parts(vertices, single)
     numbers = [solid_angles(points, parts.vertices, part) for part in parts.triangles]
     if all(is_clear(number) for number in numbers):
+        if any(has_hole(parts.vertices, part) for part in parts.triangles):
+            return None
         return is_inside(points, parts, hollow_parts(parts))
     is_turned = any(repair.kind == "triangles turned" for repair in report.repairs)
     if is_turned or not report.is_closed:

@@ -16,7 +16,7 @@ from scene_graph_ros.geometry.meshes.bvh import build_bvh, traversal_stack
 from scene_graph_ros.geometry.meshes.triangle_boxes import triangle_boxes
 from scene_graph_ros.geometry.spatial.vectors import cross, dot, load_vector, norm, subtract
 
-__all__ = ["DegenerateError", "Piercings", "piercings"]
+__all__ = ["DegenerateError", "Piercings", "TooManyError", "piercings"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -26,6 +26,14 @@ _CERTAIN = 1e-14
 
 _CERTAIN_HEIGHT = 1e-13
 """The same of heights above a plane, relative to the largest coordinate."""
+
+
+_MOST_PAIRS = 500_000
+"""Pairs of triangles that are asked whether they cross; as many take some 0.9 GB."""
+
+
+class TooManyError(Exception):
+    """Triangles cross so often that cutting them would take minutes, or gigabytes."""
 
 
 class DegenerateError(Exception):
@@ -108,8 +116,11 @@ def _is_beside(vertices, triangles, t, s, most):
 
 
 @kernel
-def _candidates(vertices, triangles, lower, upper, tree, most):
-    """Return pairs (k, 2) of triangles that share at most one vertex, and may cross."""
+def _candidates(vertices, triangles, lower, upper, tree, most, limit):
+    """Return pairs (k, 2) of triangles that share at most one vertex, and may cross.
+
+    Those are limit pairs where there are as many or more.
+    """
     node_lower, node_upper, left, right, order = tree
     stack = traversal_stack()
     pairs, count = np.empty((64, 2), np.int64), 0
@@ -144,6 +155,8 @@ def _candidates(vertices, triangles, lower, upper, tree, most):
                     pairs = longer
                 pairs[count, 0], pairs[count, 1] = t, s
                 count += 1
+                if count == limit:
+                    return pairs[:count].copy()
     return pairs[:count].copy()
 
 
@@ -156,12 +169,16 @@ def piercings(vertices: FloatArray, triangles: IntArray) -> Piercings:
 
     Raises:
         DegenerateError: the position is not general: four points of two triangles are in a plane.
+        TooManyError: more pairs of triangles may cross than are asked.
 
     """
     lower, upper = triangle_boxes(vertices, triangles)
     tree: tuple[Any, ...] = build_bvh(lower, upper)
     arrays = (np.array(a, order="C") for a in (vertices, triangles, lower, upper))
-    pairs = _candidates(*arrays, tree, float(np.abs(vertices[triangles]).max(initial=0.0)))
+    most = float(np.abs(vertices[triangles]).max(initial=0.0))
+    pairs = _candidates(*arrays, tree, most, _MOST_PAIRS)
+    if len(pairs) == _MOST_PAIRS:
+        raise TooManyError(f"more than {_MOST_PAIRS} pairs of triangles may cross")
     both = np.concatenate([pairs, pairs[:, ::-1]])
     owner, through = both[:, 0], both[:, 1]
     # On which side of the other's plane each corner is, and 0 for a corner of the other.

@@ -42,6 +42,9 @@ def resolved(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, Int
         points (k, 3), each within 1e-12 of the size beside the given surface, and triangles
         (n, 3), closed. None where rounding left an open edge, in each try.
 
+    Raises:
+        TooManyError: the triangles cross each other too often.
+
     """
     rng = np.random.default_rng(5)
     fraction, exponent = math.frexp(np.abs(vertices[triangles]).max())

@@ -19,9 +19,11 @@ from scene_graph_ros.geometry.meshes.distinct_rows import used_indices
 from scene_graph_ros.geometry.meshes.solids.cavities import cavities_among, may_have_cavities, Part
 from scene_graph_ros.geometry.meshes.solids.crossings import first_crossing
 from scene_graph_ros.geometry.meshes.solids.folds import unfolded
+from scene_graph_ros.geometry.meshes.solids.half_edges import edges_of
 from scene_graph_ros.geometry.meshes.solids.overlaps import groups_of_boxes
 from scene_graph_ros.geometry.meshes.solids.pairing import with_pairs_apart
 from scene_graph_ros.geometry.meshes.solids.parts import Parts
+from scene_graph_ros.geometry.meshes.solids.piercing import TooManyError
 from scene_graph_ros.geometry.meshes.solids.press import pressed_together
 from scene_graph_ros.geometry.meshes.solids.resolve import resolved
 from scene_graph_ros.geometry.meshes.solids.slivers import without_short_edges
@@ -100,7 +102,7 @@ def unite(vertices: FloatArray, parts: Parts, tolerance: float, *, resolve: bool
     alone = []
     for group in groups_of_boxes(lower - tolerance, upper):
         members = [found[i] for i in group]
-        if len(members) == 1 and not resolve:
+        if len(members) == 1 and not resolve and _has_edges_of_two(members[0].triangles):
             alone.append(members[0].triangles)
             continue
         middle = _middle(members)
@@ -115,6 +117,11 @@ def unite(vertices: FloatArray, parts: Parts, tolerance: float, *, resolve: bool
         pieces.insert(0, _used(vertices, np.concatenate(alone)))
     whole, triangles = _together(pieces)
     return united._replace(vertices=whole, triangles=triangles)
+
+
+def _has_edges_of_two(triangles: IntArray) -> bool:
+    """Tell of a closed part whether no edge is of four: else it may be nested in itself."""
+    return bool((edges_of(triangles).counts == 2).all())
 
 
 def _counted(united: United, piece: _Piece, middle: FloatArray) -> United:
@@ -186,6 +193,10 @@ def _united_group(
     if len(members) == 1:
         crossing = first_crossing(points, triangles)
         if crossing is None:
+            try:
+                _hold_to_winding((points, triangles), (points, triangles))
+            except _NotUnitedError:
+                return _Piece(*_resolved_group(points, triangles), 0, None)
             return _Piece(points, triangles, 0, None)
         return _Piece(*_resolved_group(points, triangles), 0, crossing)
     hollow = [False] * len(members)
@@ -224,7 +235,10 @@ def _about(
 
 def _resolved_group(points: FloatArray, oriented: IntArray) -> tuple[FloatArray, IntArray]:
     """Return the boundary of what triangles wind around, by cutting them where they cross."""
-    found = resolved(unfolded(points, oriented), oriented)
+    try:
+        found = resolved(unfolded(points, oriented), oriented)
+    except TooManyError as error:
+        raise _NotUnitedError(f"parts can't be united: {error}") from error
     if found is None:
         raise _NotUnitedError("parts can't be united: where they cross, they do not close")
     united = found[0], without_short_edges(*found)
@@ -292,7 +306,10 @@ def _levels(bodies: Sequence[Any], most: int) -> list[Any]:
 def _hold_to_winding(
     given: tuple[FloatArray, IntArray], united: tuple[FloatArray, IntArray]
 ) -> None:
-    """Compare the union with its parts at random points, in the box and beside vertices."""
+    """Compare the union with its parts at random points, in the box and beside vertices.
+
+    It winds once around the points around which they wind once or more.
+    """
     rng = np.random.default_rng(2)
     vertices, oriented = given
     corners = vertices[np.unique(oriented)]
@@ -305,7 +322,8 @@ def _hold_to_winding(
     found = np.zeros(len(samples), dtype=np.int64)
     if len(united[1]):
         found = winding_numbers(samples, *united)
-    wrong = np.flatnonzero(wanted != (found >= 1))
+    # A part that is nested in itself, along edges of four, would leave walls inside of the solid.
+    wrong = np.flatnonzero(found != wanted)
     if len(wrong):
         place = ", ".join(f"{x:.6g}" for x in samples[wrong[0]])
         raise _NotUnitedError(f"parts can't be united near ({place})")

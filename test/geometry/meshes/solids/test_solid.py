@@ -1,12 +1,15 @@
 """Triangles as solids: parts, cavities, sheets, repairs, in any order and orientation."""
 
+from mesh_distances import signed_distances
 import numpy as np
 import pytest
+from scipy.spatial import ConvexHull
 from winding_truth import solid_angles
 
 from scene_graph_ros.geometry import Mesh
 from scene_graph_ros.geometry.errors import MeshError, PropertyError
 from scene_graph_ros.geometry.meshes.solids.solid import solid_of
+from scene_graph_ros.geometry.meshes.solids.union import _hold_to_winding
 from scene_graph_ros.geometry.meshes.solids.winding import winding_numbers
 from scene_graph_ros.geometry.meshes.sources import is_convex, surface_of
 from scene_graph_ros.geometry.model.mesh_properties import check_solid, mesh_meant
@@ -201,3 +204,57 @@ def test_a_tolerance_out_of_range_is_refused():
     properties.add_property("mesh", "repair_tolerance", 0.5)
     with pytest.raises(PropertyError, match=r"'repair_tolerance'\) must be a number from 0 to"):
         mesh_meant(Mesh(vertices=UNIT[0], faces=FACES), properties)
+
+
+def crumpled():
+    """Return a closed surface that crosses itself all over: a ball's, its corners at random."""
+    rng = np.random.default_rng(3)
+    on_ball = rng.normal(size=(40, 3))
+    hull = ConvexHull(on_ball / np.linalg.norm(on_ball, axis=1)[:, None])
+    return rng.uniform(size=(40, 3)), hull.simplices.astype(np.int64)
+
+
+@pytest.mark.parametrize(
+    ("limit", "scale", "sentence"),
+    [
+        ("arrangement.MOST_PIECES", 2.0, "triangles would be cut into more than 300 pieces"),
+        ("piercing._MOST_PAIRS", 3.0, "more than 300 pairs of triangles may cross"),
+    ],
+)
+def test_what_crosses_itself_too_often_stays_as_it_is(monkeypatch, limit, scale, sentence):
+    """The work is bounded, and the report says that it stopped there; else it is cut."""
+    vertices, faces = crumpled()
+    whole = surface_of(Mesh(vertices=vertices, faces=faces))
+    assert whole.report.is_closed, str(whole.report)
+    assert len(whole.triangles) > 300
+    monkeypatch.setattr(f"scene_graph_ros.geometry.meshes.solids.{limit}", 300)
+    # Of another size, since the solid of the first one is known.
+    mesh = Mesh(vertices=scale * vertices, faces=faces)
+    surface = surface_of(mesh)
+    assert not surface.report.is_closed
+    assert sentence in surface.report.reason
+    assert len(surface.triangles) == len(faces)
+    properties = ProximityProperties()
+    properties.add_property("mesh", "solid", "required")
+    with pytest.raises(MeshError, match=sentence):
+        check_solid(mesh_meant(mesh, properties), properties, "crumple")
+
+
+@pytest.mark.parametrize("others", [[], [((3, 0, 0), (4, 1, 1))]])
+def test_a_part_nested_in_itself_along_common_edges_has_no_walls_inside(others):
+    """A box with a smaller one in it, that has a face in common, cut the other way."""
+    outer, inner = body((0, 0, 0), (3, 1, 1)), body((2, 0, 0), (3, 1, 1))
+    at_end = (inner[0][inner[1]][:, :, 0] == 3).all(axis=1)
+    flipped = np.concatenate([inner[1][~at_end], [(4, 6, 5), (5, 6, 7)]])
+    mesh = together(outer, (inner[0], flipped), *(body(*box) for box in others))
+    surface = surface_of(Mesh(vertices=mesh[0], faces=mesh[1]))
+    assert surface.report.is_closed, str(surface.report)
+    depth = signed_distances(Mesh(vertices=mesh[0], faces=mesh[1]), np.array([[2.0, 0.5, 0.5]]))
+    assert depth[0] == pytest.approx(-0.5, abs=1e-9)
+
+
+def test_a_union_with_walls_inside_is_refused():
+    """A box in a box, both kept: points of the inner one are wound around twice."""
+    mesh = together(body((0, 0, 0), (3, 1, 1)), body((1, 0.1, 0.1), (2, 0.9, 0.9)))
+    with pytest.raises(Exception, match=r"parts can't be united near"):
+        _hold_to_winding(mesh, mesh)
