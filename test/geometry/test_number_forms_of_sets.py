@@ -77,6 +77,9 @@ NO_ARRAYS = {
     "may be infinite, as numbers beyond float64 then are; else as the lower bound": (
         ("FunctionConstraint.__init__", "upper_bound"),
     ),
+    "A and b by position, which are in the table by name": (
+        *(("CartesianProduct.__init__", name) for name in ("other", "reference_frame")),
+    ),
     "another name of one in the table": (
         *(("MeshShape.__init__", name) for name in ("faces", "vertices")),
         ("ask_what_if", "configurations"),

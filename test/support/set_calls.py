@@ -8,9 +8,11 @@ from soft_bodies import soft_instance, WORLD
 from scene_graph_ros.geometry import (
     GeometryFrame,
     GeometryInstance,
+    GeometrySet,
     HalfSpace,
     Mesh,
     PerceptionProperties,
+    PointCloud,
     ProximityProperties,
     QueryObject,
     SceneGraph,
@@ -94,6 +96,15 @@ class Scene:
         self.context.set_configurations(self.source, {self.pad: configurations})
         return self.context.configuration(self.pad)
 
+    def with_points(self, points):
+        """Return points that were set of a cloud, which has no role."""
+        graph = self.graph.clone()
+        cloud = GeometryInstance(np.eye(4), PointCloud(CORNERS, 0.1), "cloud")
+        cloud_id = graph.register_geometry(self.source, self.frames[0], cloud)
+        context = graph.create_default_context()
+        context.set_points(self.source, {cloud_id: points})
+        return context.points(cloud_id)
+
     def hung(self, X_FG):
         """Return where a geometry hangs whose pose was changed."""
         graph = self.graph.clone()
@@ -176,6 +187,10 @@ CALLS = {
     "AffineSubspace.to_local_coordinates": (
         lambda x: AffineSubspace([[1.0], [0]], CENTER).to_local_coordinates(x),
         {"x": CENTER},
+    ),
+    "AffineBall.make_affine_ball_from_line_segment": (
+        lambda x_1, x_2: AffineBall.make_affine_ball_from_line_segment(x_1, x_2).center,
+        {"x_1": LOW, "x_2": HIGH},
     ),
     "CartesianProduct.__init__": (
         lambda A, b: CartesianProduct([BOX], A=A, b=b).point_in_set([1.0, 1.0]),
@@ -320,6 +335,19 @@ CALLS = {
             [{SCENE.frames[0]: configurations}], QueryObject.has_collisions
         ),
         {"configurations": TURNED},
+    ),
+    "PointCloud.__init__": (
+        lambda points, radius: PointCloud(points, radius).points,
+        {"points": CORNERS, "radius": [1.0, 2, 3, 4]},
+    ),
+    "Context.set_points": (SCENE.with_points, {"points": CORNERS}),
+    "QueryObject.compute_signed_distance_geometry_to_point": (
+        lambda p_WQ: (
+            SCENE.query.compute_signed_distance_geometry_to_point(
+                p_WQ, GeometrySet(SCENE.frames[0])
+            ).distance
+        ),
+        {"p_WQ": [1.0, 2, 3]},
     ),
     "QueryObject.compute_signed_distance_to_point": (
         lambda p_WQ: SCENE.query.compute_signed_distance_to_point(p_WQ).distance,
