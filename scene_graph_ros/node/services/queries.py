@@ -294,7 +294,7 @@ class Query:
 
 def kernels_of_clouds(snapshot: WorldSnapshot) -> tuple[str, ...]:
     """Return the group of kernels that measures clouds, of a scene that has some."""
-    return (CLOUDS,) if snapshot.query.snapshot.state.element_ids(Role.PROXIMITY) else ()
+    return (CLOUDS,) if snapshot.sensing else ()
 
 
 def _of_planning(name: str) -> Query:
