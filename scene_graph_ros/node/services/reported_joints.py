@@ -43,14 +43,11 @@ def require_reported(
     }
     never, old = [], []
     for robot, name, path in _needed(request.group, robots, given):
-        motion = snapshot.records[robot].motion
-        if motion is None or name not in motion.rows:
-            continue
-        row = motion.rows[name]
-        stamp = int(motion.stamps[row])
+        # Of the snapshot: what is heard meanwhile is not where the plan begins.
+        stamp = snapshot.stamps[robot].joint_stamps.get(name)
         if stamp == UNSTAMPED:
             never.append(path)
-        elif not motion.is_static[row] and (now - stamp) * 1e-9 > age:
+        elif stamp is not None and (now - stamp) * 1e-9 > age:
             old.append(f"{path} {(now - stamp) * 1e-9:.1f} s ago")
     if never or old:
         reports = [f"nobody has reported {_some(never)}"] if never else []

@@ -72,9 +72,9 @@ class RobotMotion:
         self.stamps[rows], self.is_static[rows] = stamp, is_static
 
     def joint_stamps(self, static: int) -> dict[str, int]:
-        """Return the stamp of each joint by name, ``static`` where it was sent for good."""
+        """Return the stamps of joints by name, and of BASE, ``static`` if sent for good."""
         stamps = np.where(self.is_static, static, self.stamps).tolist()
-        return {name: stamp for name, stamp in zip(self.names, stamps, strict=True) if name}
+        return dict(zip(self.names, stamps, strict=True))
 
     def silent(self) -> tuple[str, ...]:
         """Return the joints that were not heard, "base" for the base."""

@@ -56,7 +56,7 @@ class SourceStamps:
     newest: int
     stamp: int
     joint_stamps: Mapping[str, int] = field(default_factory=dict)
-    """Those of a robot's joints: STATIC where they were sent for good."""
+    """Those of a robot's joints, and of BASE: STATIC where they were sent for good."""
 
     @classmethod
     def of(
@@ -143,7 +143,7 @@ class WorldSnapshot:
         """Return the stamp of a robot's joint, ``robot/joint``; None where there is none."""
         source, _, joint = path.partition("/")
         stamps = self.stamps.get(source)
-        return None if stamps is None else stamps.joint_stamps.get(joint)
+        return stamps.joint_stamps.get(joint) if stamps is not None and joint else None
 
     def frame_stamp(self, path: str) -> int:
         """Return the stamp of a frame, ``source/frame``: of the oldest that it depends on.

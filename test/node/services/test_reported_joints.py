@@ -55,9 +55,9 @@ def world_of(folder, base="") -> World:
     return world
 
 
-def reason(world: World, *, most=5.0, unreported=False, **goal) -> str:
-    """Return why a goal is stale, empty where it is not."""
-    snapshot = world.snapshot
+def reason(world: World, *, most=5.0, unreported=False, snapshot=None, **goal) -> str:
+    """Return why a goal is stale, empty where it is not; by default of the newest snapshot."""
+    snapshot = snapshot or world.snapshot
     robots = snapshot.robots.planning(snapshot.query.snapshot, snapshot.bases)
     limits = {"max_pose_age": most, "plan_from_unreported": unreported}
     try:
@@ -71,6 +71,16 @@ def report(world: World, *names: str, age: float = 0.0, is_static: bool = False)
     """Take note of joints as a message of them would have it done."""
     motion = world.records["r"].motion
     motion.stamped(names, NOW - round(age * SECOND), is_static=is_static)
+    world.commit((), None)
+
+
+def test_reports_that_come_after_the_snapshot_do_not_count(tmp_path):
+    """The plan would begin where the robot was before them."""
+    world = world_of(tmp_path)
+    before = world.snapshot
+    report(world, "elbow", "shoulder")
+    assert reason(world, group="arm") == ""
+    assert "r/elbow, r/shoulder." in reason(world, snapshot=before, group="arm")
 
 
 def test_what_a_group_moves_and_stands_on_has_to_be_reported(tmp_path):
