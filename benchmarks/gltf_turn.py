@@ -82,7 +82,7 @@ def main() -> None:
 
 
 def _seen(tab: Any) -> NDArray[np.uint8]:
-    """Return what a page shows beside its panel, when it has the letter."""
+    """Return the image of a page beside its panel, when it has the letter."""
     tab.wait_for("document.body.dataset.items === '1'")
     tab.value("new Promise((done) => setTimeout(done, 500))")
     picture: NDArray[np.uint8] = tab.picture()[:, _CROP, :3]

@@ -189,7 +189,7 @@ def _table(rows: Sequence[_Row]) -> str:
 
 
 def _curves(panda: _Panda, count: int) -> list[tuple[str, int, float, float]]:
-    """Return what, tries, the share of poses that are left, and microseconds a pose."""
+    """Return rows: name, tries, the share of poses that are left, and microseconds a pose."""
     rng = np.random.default_rng(3)
     trees = {
         name: (load_kinematic_tree(resolve_resource(path)), link)

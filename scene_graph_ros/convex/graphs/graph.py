@@ -371,7 +371,7 @@ def _set_of(name: str) -> str:
 
 
 def _added(table: dict[int, Part], last: int) -> list[Part]:
-    """Return what has a number above another, which is at the table's end."""
+    """Return the entries with a number above another, which are at the table's end."""
     numbers = itertools.takewhile(lambda number: number > last, reversed(table))
     return [table[number] for number in numbers]
 

@@ -24,7 +24,7 @@ __all__ = ["MinkowskiSum"]
 
 
 def _by_other_variables(lift: Lift, n: int) -> tuple[np.ndarray, Lift]:
-    """Return what gives a set's points ``(n, v)`` from variables, and the lift of the latter."""
+    """Return the matrix ``(n, v)`` from variables to points of a set, and the variables' lift."""
     own = np.arange(lift.num_variables) < n
     is_given = (
         len(lift.E) >= n

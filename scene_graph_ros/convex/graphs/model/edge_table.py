@@ -40,6 +40,6 @@ class EdgeTable(Generic[Edge]):
         self._left = None
 
     def those_of(self, some: dict[int, Edge]) -> list[Edge]:
-        """Return which of some edges are here."""
+        """Return those of some edges that are here."""
         edges = self.now()
         return [edge for number, edge in some.items() if edges.get(number) is edge]
