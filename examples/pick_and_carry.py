@@ -69,7 +69,7 @@ class Task:
         """Open or close the hand."""
         self.finger = position
         self.planner.tell_joints(["panda_finger_joint1"], [position])
-        self.planner.wait_for_joints("panda", ["panda_leftfinger"])
+        self.planner.wait_for_joints()
 
     def pad(self, padding: float) -> None:
         """Set the padding of can and table, metres; NaN: as all else."""

@@ -34,6 +34,7 @@ from scene_graph_msgs.msg import (
 )
 
 NODE = "/scene_graph"
+ROBOT, HAND = "panda", "panda_hand"
 RATE = 100.0
 """Joint states per second."""
 KEPT = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -124,14 +125,14 @@ class WorldPlanner:
         message.header.stamp = self.node.get_clock().now().to_msg()
         self.joints.publish(message)
 
-    def wait_for_joints(self, source: str, links: Sequence[str]) -> None:
-        """Wait until the node has links where the joints were told to be by now."""
+    def wait_for_joints(self) -> None:
+        """Wait until the node has the joints where they were told to be by now."""
         options = QueryOptions(
             minimal_stamp=self.node.get_clock().now().to_msg(),
-            minimal_stamp_sources=[source],
+            minimal_stamp_sources=[f"{ROBOT}/{joint}" for joint in self._positions],
             timeout=Duration(seconds=5.0).to_msg(),
         )
-        self.ask("GetPoseInWorld", frames=[f"{source}/{each}" for each in links], options=options)
+        self.ask("GetPoseInWorld", frames=[f"{ROBOT}/{HAND}"], options=options)
 
     def claim(self, source: str) -> Any:
         """Return the handle of a source of the scene that says claim: first."""
@@ -188,7 +189,11 @@ class WorldPlanner:
         ]
 
     def plan(self, goal: PlanPath.Goal, seconds: float, acceleration: float) -> tuple[Any, bytes]:
-        """Ask for a path and a trajectory along it; return the result and the goal's id."""
+        """Ask for a path and a trajectory along it; return the result and the goal's id.
+
+        It begins where the joints were told to be: topics and goals come in any order.
+        """
+        self.wait_for_joints()
         goal.timeout = Duration(seconds=seconds).to_msg()
         goal.with_trajectory, goal.limits = True, MotionLimits(max_acceleration=acceleration)
         sent = self.action.send_goal_async(goal)
@@ -228,7 +233,7 @@ class WorldPlanner:
         trajectory = points.trajectory()
         self.contacts.clear()
         self.wait(lambda: self.contacts, "contacts")
-        movers = ("panda", carried)
+        movers = (ROBOT, carried)
         before, _ = touched(self.contacts, movers)
         count, begin = 0, time.monotonic()
         while (seconds := count / RATE) < trajectory.duration + 1.0 / RATE:
