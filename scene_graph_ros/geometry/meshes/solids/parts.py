@@ -49,7 +49,9 @@ def find_parts(vertices: FloatArray, triangles: IntArray) -> Parts:
     label, turned, is_two_sided = walk_parts(mate, edges.start)
     closed = _closed(edges, label, turned, is_two_sided)
     for _ in range(_ROUNDS):
-        if closed.all() or not pair_around(vertices, triangles, edges, mate, closed[label]):
+        if closed.all():
+            break
+        if not pair_around(vertices, triangles, edges, mate, closed[label], label, turned):
             break
         label, turned, is_two_sided = walk_parts(mate, edges.start)
         closed = _closed(edges, label, turned, is_two_sided)

@@ -21,7 +21,7 @@ from scene_graph_ros.geometry.meshes.solids.crossings import first_crossing
 from scene_graph_ros.geometry.meshes.solids.folds import unfolded
 from scene_graph_ros.geometry.meshes.solids.half_edges import edges_of
 from scene_graph_ros.geometry.meshes.solids.overlaps import groups_of_boxes
-from scene_graph_ros.geometry.meshes.solids.pairing import with_pairs_apart
+from scene_graph_ros.geometry.meshes.solids.pairing import is_nested_in_itself, with_pairs_apart
 from scene_graph_ros.geometry.meshes.solids.parts import Parts
 from scene_graph_ros.geometry.meshes.solids.piercing import TooManyError
 from scene_graph_ros.geometry.meshes.solids.press import pressed_together
@@ -275,9 +275,11 @@ def _bodies(vertices: FloatArray, members: list[Part]) -> list[Any]:
 
 
 def _body(vertices: FloatArray, triangles: IntArray) -> Any:
-    """Return a part for the library, or None if it refuses it."""
+    """Return a part for the library, or None if it refuses it, or would leave walls inside."""
     import manifold3d
 
+    if is_nested_in_itself(vertices, triangles):
+        return None
     points, faces = with_pairs_apart(vertices, triangles)
     mesh = manifold3d.Mesh64(
         vert_properties=np.ascontiguousarray(points),
