@@ -62,7 +62,8 @@ def numbers_above(
     """Return (n,) winding numbers on the front sides of the polygons of closed triangles.
 
     ``is_front`` tells of polygons, the first ones, on which side of other triangles they are, and
-    ``times`` (m,) how many triangles each stands for. Raises DegenerateError where the polygons do not fit together.
+    ``times`` (m,) how many triangles each stands for. Raises DegenerateError where the polygons do
+    not fit together.
     """
     middles, areas = _middles(points, rings)
     one, other, change = _relations(len(points), rings, is_front, times)
