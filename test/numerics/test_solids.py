@@ -133,5 +133,5 @@ def test_random_solids_have_the_sides_and_distances_of_their_bodies():
 
 @pytest.mark.parametrize("seed", [79, 1049, 1641, 2296])
 def test_solids_that_a_long_search_found_stay_right(seed):
-    """Nested along common faces; with slits as wide as the tolerance; a wedge as thin as rounding."""
+    """Nested along common faces; slits within the tolerance; a wedge as thin as rounding."""
     check_solid(seed)
