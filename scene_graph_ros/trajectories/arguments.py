@@ -1,4 +1,4 @@
-"""Checks of what callers give: the cleaned array or number, or an error that names it."""
+"""Checks of arguments: the cleaned array or number, or an error that names it."""
 
 from __future__ import annotations
 

@@ -2,8 +2,8 @@
 
 A path q(s) is followed as q(s(u(t))). First u is the time of a guess, in which speed changes
 slowly; `fastest_rates` finds how fast u may pass. Then u is the time of that motion, once more.
-What is bounded is not q, but the quintics through its values at nodes evenly apart in u: these are
-what is run, and where q bends too suddenly for a limit of jerk, they bend less.
+The bounds are not on q, but on the quintics through its values at nodes evenly apart in u: these
+are what is run, and where q bends too suddenly for a limit of jerk, they bend less.
 """
 
 from __future__ import annotations
@@ -113,7 +113,7 @@ def fastest_states(
 
 
 class _Nodes:
-    """Nodes evenly apart in u, a rate at each, and what bounds it."""
+    """Nodes evenly apart in u, a rate at each, and its bounds."""
 
     def __init__(
         self, path: PiecewisePolynomial, states: PathStates, limits: MotionLimits, ends: _Ends
@@ -203,7 +203,7 @@ class _Nodes:
         return np.concatenate([[0.0], self.step * _seconds(self.rates).cumsum()])
 
     def duration(self) -> float:
-        """Return how long it takes, s; not a finite number where it would turn back."""
+        """Return the duration, s; not a finite number where it would turn back."""
         return self.step * float(_seconds(self.rates).sum())
 
     def states(self) -> PathStates:
@@ -228,7 +228,7 @@ class _Nodes:
 
 
 def _seconds(c: Array) -> Array:
-    """Return how long it takes from node to node: the integral of 1 / sqrt(b) by u."""
+    """Return the durations from node to node: the integral of 1 / sqrt(b) by u."""
     total = np.zeros(len(c) - 3)
     for x, weight in _GAUSS:
         y = 1.0 - x

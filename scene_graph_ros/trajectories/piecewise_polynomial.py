@@ -38,12 +38,12 @@ __all__ = ["PiecewisePolynomial"]
 class PiecewisePolynomial:
     """A curve in n dimensions: a polynomial of one degree on each of p segments.
 
-    ``breaks`` ``(p + 1,)`` grow, in s or whatever the parameter is. ``control_points``
+    ``breaks`` ``(p + 1,)`` grow, in s or the parameter's unit. ``control_points``
     ``(p, degree + 1, n)`` are each segment's Bézier points (Bernstein's basis), so the curve is
     in their hull, and its derivatives in the hulls of their differences (Farin, *Curves and
     Surfaces for CAGD*, 2002, chapters 4 and 5). Segments need not fit together.
 
-    Raises TrajectoryError for other shapes, and for what is not finite or does not grow.
+    Raises TrajectoryError for other shapes, for infinities and for breaks that do not grow.
     """
 
     breaks: NDArray[np.float64]
@@ -224,13 +224,13 @@ class PiecewisePolynomial:
     # Others made of it.
 
     def reverse_time(self) -> PiecewisePolynomial:
-        """Return the curve the other way: at ``start_time + end_time - t`` what it is at t."""
+        """Return the reversed curve r with ``r(start_time + end_time - t) = q(t)``."""
         breaks = (self.start_time + self.end_time) - self.breaks[::-1]
         breaks[[0, -1]] = self.start_time, self.end_time
         return PiecewisePolynomial(breaks, self.control_points[::-1, ::-1])
 
     def scale_time(self, factor: float) -> PiecewisePolynomial:
-        """Return the curve slower: at ``factor * t`` what it is at t. The factor is positive."""
+        """Return the slower curve r with ``r(factor * t) = q(t)``; the factor is positive."""
         return PiecewisePolynomial(
             as_positive("factor", factor) * self.breaks, self.control_points
         )
@@ -310,7 +310,7 @@ def _as_row(name: str, values: ArrayLike, size: int) -> NDArray[np.float64]:
 
 
 def _samples(breaks: ArrayLike, **samples: ArrayLike) -> list[NDArray[np.float64]]:
-    """Return breaks ``(p + 1,)`` and what is given at each, ``(p + 1, n)`` alike."""
+    """Return breaks ``(p + 1,)`` and the samples at each, ``(p + 1, n)`` alike."""
     t = as_numbers("breaks", breaks)
     result, shape = [t], None
     for name, values in samples.items():

@@ -127,12 +127,12 @@ class PiecewiseQuaternionSlerp:
         return PiecewisePolynomial(self.breaks, omega[:, np.newaxis]).derivative(count - 1)
 
     def reverse_time(self) -> PiecewiseQuaternionSlerp:
-        """Return the curve the other way: at ``start_time + end_time - t`` what it is at t."""
+        """Return the reversed curve r with ``r(start_time + end_time - t) = q(t)``."""
         breaks = (self.start_time + self.end_time) - self.breaks[::-1]
         return PiecewiseQuaternionSlerp(breaks, self.quaternions[::-1])
 
     def scale_time(self, factor: float) -> PiecewiseQuaternionSlerp:
-        """Return the curve slower: at ``factor * t`` what it is at t. The factor is positive."""
+        """Return the slower curve r with ``r(factor * t) = q(t)``; the factor is positive."""
         return PiecewiseQuaternionSlerp(
             as_positive("factor", factor) * self.breaks, self.quaternions
         )

@@ -1,4 +1,4 @@
-"""What a collision checker answers, as a value that another process can read."""
+"""A collision checker as a value that another process can read."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _KEPT = 4
 
 @dataclass(frozen=True)
 class PackedChecker:
-    """A checker as bytes; some 10 kB where shapes are simple, and what hulls and meshes need."""
+    """A checker as bytes; some 10 kB where shapes are simple, more with hulls and meshes."""
 
     data: bytes
     digest: str
@@ -106,10 +106,10 @@ class CarriedChecker:
 
 
 def pack(checker: CollisionChecker) -> PackedChecker:
-    """Return a checker as bytes. Raises CollisionCheckerError for what has no bytes.
+    """Return a checker as bytes. Raises CollisionCheckerError where it has none.
 
-    Of a `SceneGraphCollisionChecker` whose ways are straight that is what kernels read, any other
-    one is pickled as it is.
+    Of a `SceneGraphCollisionChecker` whose edges are straight these are the kernels' inputs, any
+    other one is pickled as it is.
     """
     carried: Any = checker
     if type(checker) is SceneGraphCollisionChecker:

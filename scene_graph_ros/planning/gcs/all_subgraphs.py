@@ -16,7 +16,7 @@ __all__ = ["AllSubgraphs"]
 
 
 class AllSubgraphs:
-    """What may be asked of all segments at once, also of those that are added later."""
+    """Costs and constraints of all segments at once, also of those that are added later."""
 
     def __init__(self, num_positions: int) -> None:
         self._num_positions = num_positions
@@ -30,17 +30,17 @@ class AllSubgraphs:
             rule(to)
 
     def _undos(self) -> Iterable[Undo]:
-        """Return what undoes an edit of the lists here."""
+        """Return the steps that undo an edit of the lists here."""
         yield as_before(self, ("_subgraphs", "_between", "_rules"))
 
     def _undos_of_all(self) -> Iterable[Undo]:
-        """Return what undoes an edit of all that there is."""
+        """Return the steps that undo an edit of all that there is."""
         yield from self._undos()
         for each in (*self._subgraphs, *self._between):
             yield from each._undos()
 
     def _rule(self, rule: Callable[[JoinedEdges], None]) -> None:
-        """Have a rule hold for all that there is, and for what comes."""
+        """Have a rule hold for all that there is, and for all to come."""
 
         def change() -> None:
             for each in (*self._subgraphs, *self._between):

@@ -1,4 +1,4 @@
-"""Checks of what callers of trajectories through graphs give; errors name argument and value."""
+"""Checks of arguments of trajectories through graphs; errors name argument and value."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def as_count(value: Any, least: int, label: str) -> int:
 
 
 def as_bounds(lb: Any, ub: Any, size: int, label: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return bounds ``(size,)``; what is infinite doesn't bound. Raises ConvexSetError."""
+    """Return bounds ``(size,)``; infinite ones don't bound. Raises ConvexSetError."""
     found = []
     for name, value, forbidden in (("lb", lb, np.inf), ("ub", ub, -np.inf)):
         array = real_array(value, f"{label}: {name} must be numbers", ConvexSetError)

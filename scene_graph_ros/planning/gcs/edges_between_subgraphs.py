@@ -54,7 +54,7 @@ class EdgesBetweenSubgraphs(JoinedEdges):
 
     @property
     def meeting_bounds(self) -> tuple[Bounds, ...]:
-        """Orders and bounds ``(n,)`` of what derivatives of q(t) keep where segments meet here.
+        """Orders of derivatives of q(t), and their bounds ``(n,)``, where segments meet here.
 
         Order 1 is the velocity; bounds are 0 and 0 where a derivative is to be zero.
         """
@@ -126,7 +126,7 @@ class EdgesBetweenSubgraphs(JoinedEdges):
             )
 
     def _ends(self, edge: Edge, order: int) -> list[tuple[Any, int, int]]:
-        """Return where a derivative is that meets at an edge: of both, where they have one."""
+        """Return the variables of a derivative at an edge: of both segments that have one."""
         ends = [(self._first, self._first.order - order, edge.u.id), (self._second, 0, edge.v.id)]
         return [end for end in ends if end[0].order >= order]
 

@@ -1,4 +1,4 @@
-"""The best trajectory through convex regions, with what none is better than."""
+"""The best trajectory through convex regions, with a lower bound of the cost."""
 
 from __future__ import annotations
 
@@ -235,7 +235,7 @@ class GcsTrajectoryOptimization(AllSubgraphs):
         self._graph._remove(writes)
 
     def _settle(self) -> None:
-        """Do, or undo, what is left of an edit that was interrupted."""
+        """Finish or undo an edit that was interrupted."""
         self._graph._edges.now()
         self._whole_edits.settle()
 
@@ -263,7 +263,7 @@ class GcsTrajectoryOptimization(AllSubgraphs):
         no region of a path takes time.
 
         Raises ConvexSetError for other subgraphs and for costs that may be negative, SolverError
-        where the solver failed, or where what it found is not what is promised.
+        where the solver failed, or where its answer breaks a constraint.
         """
         label = "GcsTrajectoryOptimization.solve_path"
         self._check_subgraph(source, f"{label}: source")
@@ -344,7 +344,7 @@ class GcsTrajectoryOptimization(AllSubgraphs):
     def _onward(
         self, edge: Edge | None
     ) -> tuple[np.ndarray, int, tuple[int, ...], tuple[Bounds, ...]]:
-        """Return the offset of an edge, what goes on along it, of r(s) and of q(t), and bounds."""
+        """Return the offset of an edge, its continuous orders of r(s) and q(t), and bounds."""
         for each in (*self._subgraphs, *self._between):
             offset = None if edge is None else each.offset_of(edge)
             if offset is not None:

@@ -43,11 +43,11 @@ __all__ = ["RegionPlan", "plan_through_regions"]
 @one_line()
 @dataclass(frozen=True, eq=False)
 class RegionPlan:
-    """A trajectory through regions, what none is better than, and what a robot's scene says of it.
+    """A trajectory through regions, a lower bound of the cost, and its proof in a robot's scene.
 
     ``trajectory`` is None where there is none through the regions. ``measures`` has for each
-    segment what the checker proved of it, empty without one. ``reason`` says why there is no
-    success, or how the path was chosen. ``regions`` are the numbers of those on the way, one for
+    segment the checker's proof, empty without one. ``reason`` says why there is no
+    success, or how the path was chosen. ``regions`` are the indices of those on the way, one for
     each segment; ``grown`` those that were not given.
     """
 
@@ -65,7 +65,7 @@ class RegionPlan:
 
     @property
     def least_clearance(self) -> float:
-        """What pairs certainly stay apart beyond their padding, m; 0 unless that was proven."""
+        """Lower bound of pairs' distances beyond their padding, m; 0 unless that was proven."""
         if not self.measures:
             return 0.0
         return min(measure.least_clearance for measure in self.measures)
@@ -101,10 +101,10 @@ def plan_through_regions(
     robots' SRDF start and goal are still all positions, but regions, velocities, joints and the
     trajectory are of the group's alone; all others stay as they are at the start.
 
-    ``options`` are those of `GcsTrajectoryOptimization.solve_path`. Raises ConvexSetError for what
-    makes no sense, KinematicTreeError for a group that there is not, OSError where the file can't
-    be read, SolverError where the solver failed, RegionNotFoundError where there is no path to
-    grow regions along.
+    ``options`` are those of `GcsTrajectoryOptimization.solve_path`. Raises ConvexSetError for
+    regions that make no sense, KinematicTreeError for a group that there is not, OSError where the
+    file can't be read, SolverError where the solver failed, RegionNotFoundError where there is no
+    path to grow regions along.
     """
     label = "plan_through_regions"
     if isinstance(regions, (str, Path)):
@@ -151,7 +151,7 @@ def plan_through_regions(
 
 
 def _speeds(velocities: ArrayLike, count: int) -> NDArray[np.float64]:
-    """Return the largest speed of each position. Raises ConvexSetError for what is none."""
+    """Return each position's largest speed. Raises ConvexSetError unless they are positive."""
     label = "plan_through_regions: velocities"
     fastest = as_vector(velocities, label, count)
     if (fastest <= 0.0).any():
@@ -161,7 +161,7 @@ def _speeds(velocities: ArrayLike, count: int) -> NDArray[np.float64]:
 
 
 def _turning(checker: SceneGraphCollisionChecker | None, held: Held) -> list[int]:
-    """Return which of the positions that move turn without an end; without a checker none."""
+    """Return a mask of the moving positions that turn without an end; without a checker none."""
     if checker is None:
         return []
     joints = get_continuous_revolute_joint_indices(checker.model.tree)
@@ -172,7 +172,7 @@ def _turning(checker: SceneGraphCollisionChecker | None, held: Held) -> list[int
 def _measured(
     checker: SceneGraphCollisionChecker, held: Held, trajectory: CompositeTrajectory
 ) -> tuple[EdgeMeasure, ...]:
-    """Return how far each segment is proven free, by its control points."""
+    """Return the measure of each segment, by its control points."""
     points = np.array([segment.control_points for segment in trajectory.segments])  # type: ignore[attr-defined]
     straight = checker.clone()  # Segments of order 1 are no ways of a provider's.
     linear = LinearDistanceAndInterpolationProvider(checker.model.tree)
@@ -215,7 +215,7 @@ def _held(
     goal: NDArray[np.float64],
     label: str,
 ) -> Held:
-    """Return which positions move. Raises ConvexSetError where the goal moves another one."""
+    """Return a mask of moving positions. Raises ConvexSetError where a goal moves another."""
     if group is None:
         return Held(np.arange(len(start)), start)
     if checker is None:
@@ -234,7 +234,7 @@ def _held(
 def _why(
     ends: dict[str, EdgesBetweenSubgraphs], regions: Any, start: np.ndarray, goal: np.ndarray
 ) -> str:
-    """Return which end is in no region, and how far away the nearest is; empty if none."""
+    """Return a sentence on an end in no region, and its distance to the nearest; empty if none."""
     for (name, edges), q in zip(ends.items(), (start, goal), strict=True):
         if not edges.edges:
             away = [float(region.projection(q[None]).distances[0]) for region in regions]
@@ -247,7 +247,7 @@ def _why(
 
 
 def _collision(checker: SceneGraphCollisionChecker, measures: Sequence[EdgeMeasure]) -> str:
-    """Return what stops the first segment that isn't proven free; empty if none."""
+    """Return the obstacle of the first segment that isn't proven free; empty if none."""
     for k, measure in enumerate(measures):
         if not measure.completely_free:
             word = "collides" if measure.status is EdgeStatus.COLLIDES else "is too near"

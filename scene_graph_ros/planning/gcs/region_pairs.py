@@ -1,4 +1,4 @@
-"""Which regions of subgraphs meet, with what their vertices know of them."""
+"""Pairs of regions of subgraphs that meet, with their vertices' bounds."""
 
 from __future__ import annotations
 

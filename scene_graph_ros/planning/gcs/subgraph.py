@@ -93,7 +93,7 @@ class Subgraph(JoinedEdges):
 
     @property
     def variables(self) -> SegmentVariables:
-        """What the coordinates of its vertices are."""
+        """The coordinates of its vertices."""
         return self._variables
 
     @property

@@ -1,4 +1,4 @@
-"""What searches for configurations are given, checked."""
+"""Checks of arguments of searches for configurations."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["first_configurations", "whole_number"]
 
 
 def whole_number(name: str, value: Any, *, least: int = 0) -> int:
-    """Return it. Raises InverseKinematicsError for what is no whole number from ``least`` on."""
+    """Return it. Raises InverseKinematicsError unless it is a whole number from ``least`` on."""
     number = as_float(value)
     if number is None or number < least or not number.is_integer():
         raise InverseKinematicsError(
@@ -33,7 +33,8 @@ def first_configurations(
     """Return a copy of ``near`` for each of so many poses ``(count, nq)``, by default zero.
 
     ``near`` is ``(nq,)``, or with a ``count`` also ``(count, nq)``. Quaternions get length 1.
-    Raises InverseKinematicsError for another shape, KinematicTreeError for what means nothing.
+    Raises InverseKinematicsError for another shape, KinematicTreeError for values that are no
+    configuration.
     """
     if near is None:
         near = np.clip(tree.zero_configuration(), tree.lower, tree.upper)

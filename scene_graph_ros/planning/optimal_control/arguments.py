@@ -1,4 +1,4 @@
-"""Checks of what callers of trajectory optimizations give; errors name argument and value."""
+"""Checks of arguments of trajectory optimizations; errors name argument and value."""
 
 from __future__ import annotations
 
@@ -66,9 +66,9 @@ def as_vector(name: str, value: Any, size: int | None = None) -> NDArray[np.floa
 
 
 def as_bounds(lb: Any, ub: Any, size: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return bounds ``(size,)``, of single numbers too; what is infinite doesn't bound.
+    """Return bounds ``(size,)``, of single numbers too; infinite ones don't bound.
 
-    Raises TrajectoryOptimizationError for what is empty or no number.
+    Raises TrajectoryOptimizationError for bounds that are empty or no numbers.
     """
     found = []
     for name, value, forbidden in (("lb", lb, np.inf), ("ub", ub, -np.inf)):

@@ -1,4 +1,4 @@
-"""What is asked about a trajectory, checked, and what is answered."""
+"""The checked arguments of timing, and its answer."""
 
 from __future__ import annotations
 
@@ -64,11 +64,11 @@ class TimingFailure(enum.Enum):
 class TimedPath:
     """A trajectory along a path, proven free and within limits at all times; or why there is none.
 
-    ``points`` have the configurations of all positions ``(m, nq)``; ``trajectory`` is what runs
-    through them, in s. ``least_clearance`` (m) is what all pairs certainly keep, beyond their
-    paddings, at all times from point ``free_from`` on: 0, unless it leads out of a collision.
-    ``stops`` is at how many corners of the path the robots come to rest,
-    ``rounded`` how many they round. ``failure`` and ``reason`` say why there is none.
+    ``points`` have the configurations of all positions ``(m, nq)``; ``trajectory`` runs
+    through them, in s. ``least_clearance`` (m) is a lower bound of all pairs' distances beyond
+    their paddings, at all times from point ``free_from`` on: 0, unless it leads out of a
+    collision. ``stops`` is at how many corners of the path the robots come to rest, ``rounded``
+    how many they round. ``failure`` and ``reason`` say why there is none.
     """
 
     points: TrajectoryPoints | None
@@ -92,7 +92,7 @@ class TimedPath:
 
 
 class TimingProblem(NamedTuple):
-    """What was asked for, checked."""
+    """The checked arguments."""
 
     checker: SceneGraphCollisionChecker
     path: NDArray[np.float64]
@@ -136,7 +136,7 @@ def timing_problem(
     rise_time: float = 0.0,
     retimer: Retimer | None = None,
 ) -> TimingProblem:
-    """Return what was asked for, checked. Raises TrajectoryError as `time_path` says."""
+    """Return the checked arguments. Raises TrajectoryError as `time_path` says."""
     q, tree = checker.checked_configurations(path), checker.plan.tree
     if np.ndim(path) != 2 or not len(q):
         raise TrajectoryError(f"path must have shape (n, nq), not {np.shape(path)}")
@@ -171,7 +171,7 @@ def timing_problem(
 
 
 def as_timeout(timeout: float | None) -> float | None:
-    """Return seconds, or None. Raises TrajectoryError for what is neither."""
+    """Return seconds, or None. Raises TrajectoryError for anything else."""
     patience = None if timeout is None else as_float(timeout)
     if timeout is not None and (patience is None or not 0.0 <= patience < math.inf):
         raise TrajectoryError(f"timeout must be seconds from 0 on, or None, not {quoted(timeout)}")
@@ -179,7 +179,7 @@ def as_timeout(timeout: float | None) -> float | None:
 
 
 def position_excess(problem: TimingProblem, trajectory: PiecewisePolynomial) -> LimitExcess | None:
-    """Return where a trajectory is farthest beyond a limit, of positions, too, or None.
+    """Return a trajectory's largest excess over a limit, of positions, too, or None.
 
     One that begins a little beyond its limits, as a start may, goes no farther.
     """
