@@ -18,7 +18,7 @@ CEILINGS = {
     "scene_graph_ros": 1.0,
     "scene_graph_ros/client": 1.0,
     "scene_graph_ros/convex": 6.5,
-    "scene_graph_ros/geometry": 9.0,
+    "scene_graph_ros/geometry": 6.0,
     "scene_graph_ros/node": 1.0,
     "scene_graph_ros/planning": 2.5,
     "scene_graph_ros/replay": 1.0,
@@ -30,7 +30,7 @@ CEILINGS = {
 }
 """Such words in 1000 of docstrings. Two are the aim everywhere."""
 
-MOST_OPENINGS = 253
+MOST_OPENINGS = 225
 """Docstrings that open with a verb and such a clause; 30 are the aim."""
 
 

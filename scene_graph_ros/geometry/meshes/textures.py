@@ -1,6 +1,6 @@
 """Pictures that surfaces are covered with: PNG and JPEG files, read by Pillow when one is named.
 
-What is read is kept by path, so that a hundred geometries share one picture, and a file that goes
+Pictures are kept by path, so that a hundred geometries share one picture, and a file that goes
 away later takes nothing from a scene. A file that has changed is read again when it is named
 again.
 """
@@ -128,7 +128,7 @@ def _keep(texture: Texture) -> None:
 
 
 def known_texture(path: str | os.PathLike[str]) -> Texture:
-    """Return the picture that was read of a file, whatever has become of the file since.
+    """Return the picture that was read of a file, also if the file has changed since.
 
     Raises MeshError as ``read_texture`` does if it was not read yet.
     """
