@@ -19,6 +19,7 @@ from scene_graph_ros.trajectories.arguments import (
 )
 from scene_graph_ros.trajectories.errors import TrajectoryError
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
+from scene_graph_ros.trajectories.segment_lookup import segments_at
 
 __all__ = ["ExponentialPlusPiecewisePolynomial"]
 
@@ -117,8 +118,7 @@ class ExponentialPlusPiecewisePolynomial:
         times = as_times(t)
         breaks = self.polynomial.breaks
         flat = np.atleast_1d(times).clip(breaks[0], breaks[-1])
-        last = self.polynomial.num_segments - 1
-        segments = (np.searchsorted(breaks, flat, side="right") - 1).clip(0, last)
+        segments = segments_at(breaks, flat)
         since, until = flat - breaks[segments], flat - breaks[segments + 1]
         elapsed = np.where(self._grows, until[:, None], since[:, None])
         modes = np.exp(self.rates * elapsed)

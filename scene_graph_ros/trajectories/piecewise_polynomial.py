@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.trajectories.arguments import (
+    as_breaks,
     as_finite,
     as_numbers,
     as_order,
@@ -29,6 +30,7 @@ from scene_graph_ros.trajectories.interpolants import (
     monotone_slopes,
     smooth_slopes,
 )
+from scene_graph_ros.trajectories.segment_lookup import segments_at
 
 __all__ = ["PiecewisePolynomial"]
 
@@ -51,18 +53,13 @@ class PiecewisePolynomial:
 
     def __post_init__(self) -> None:
         """Check and freeze the arrays."""
-        breaks = as_numbers("breaks", self.breaks)
+        breaks = as_breaks(self.breaks)
         points = as_numbers("control_points", self.control_points)
-        if breaks.ndim != 1 or len(breaks) < 2:
-            raise TrajectoryError(f"breaks must be two numbers or more, not {breaks.shape}")
         if points.ndim != 3 or len(points) != len(breaks) - 1 or not points.shape[1]:
             raise TrajectoryError(
                 f"control_points must have shape ({len(breaks) - 1}, degree + 1, n), one segment"
                 f" between two breaks, not {points.shape}"
             )
-        if not (np.diff(breaks) > 0.0).all():
-            i = int(np.argmin(np.diff(breaks)))
-            raise TrajectoryError(f"breaks must grow: {breaks[i]} is before {breaks[i + 1]}")
         for name, array in (("breaks", breaks), ("control_points", points)):
             array.setflags(write=False)
             object.__setattr__(self, name, array)
@@ -208,8 +205,7 @@ class PiecewisePolynomial:
         """
         times = as_times(t)
         flat = np.atleast_1d(times).clip(self.breaks[0], self.breaks[-1])
-        last = self.num_segments - 1
-        segments = (np.searchsorted(self.breaks, flat, side="right") - 1).clip(0, last)
+        segments = segments_at(self.breaks, flat)
         low, high = self.breaks[segments], self.breaks[segments + 1]
         result = evaluated(self.control_points[segments], (flat - low) / (high - low))
         return result if times.ndim else result[0]

@@ -10,13 +10,14 @@ from scene_graph_ros.convex.errors import ConvexSetError
 from scene_graph_ros.convex.graphs.graph import GraphOfConvexSets
 from scene_graph_ros.convex.graphs.model.edge import Edge, Vertex
 from scene_graph_ros.convex.graphs.model.whole_edits import whole_edit, WholeEdits
+from scene_graph_ros.convex.questions.arguments import as_whole
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
 from scene_graph_ros.convex.sets.hyperrectangle import Hyperrectangle
 from scene_graph_ros.convex.sets.point import Point
 from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
-from scene_graph_ros.planning.gcs.arguments import as_bounds, as_count
+from scene_graph_ros.planning.gcs.arguments import as_bounds
 from scene_graph_ros.planning.gcs.joined_edges import Bounds, JoinedEdges
 from scene_graph_ros.planning.gcs.nonlinear_terms import bound_derivative
 from scene_graph_ros.planning.gcs.subgraph import Subgraph
@@ -95,7 +96,7 @@ class EdgesBetweenSubgraphs(JoinedEdges):
         """
         label = f"{self._name}: add_nonlinear_derivative_bounds"
         low, high = as_bounds(lb, ub, self._first.num_positions, label)
-        order = as_count(derivative_order, 2, f"{label}: derivative_order")
+        order = as_whole(derivative_order, f"{label}: derivative_order", 2)
         self._check_order(order, label)
         for edge in self._edges:
             for place in self._ends(edge, order):
@@ -110,7 +111,7 @@ class EdgesBetweenSubgraphs(JoinedEdges):
         Raises ConvexSetError for an order below 1, or above that of both.
         """
         label = f"{self._name}: add_zero_derivative_constraints: derivative_order"
-        order = as_count(derivative_order, 1, label)
+        order = as_whole(derivative_order, label, 1)
         self._check_order(order, label)
         for edge in self._edges:
             for segment, index, key in self._ends(edge, order):

@@ -16,7 +16,7 @@ from scene_graph_ros.convex.graphs.expressions.transcription import (
 from scene_graph_ros.convex.graphs.graph import GraphOfConvexSets
 from scene_graph_ros.convex.graphs.model.edge import Edge, Vertex
 from scene_graph_ros.convex.graphs.model.whole_edits import as_before, Undo, whole_edit, WholeEdits
-from scene_graph_ros.planning.gcs.arguments import as_count
+from scene_graph_ros.convex.questions.arguments import as_whole
 from scene_graph_ros.planning.gcs.nonlinear_terms import (
     continue_derivative,
     continue_path_derivative,
@@ -123,7 +123,7 @@ class JoinedEdges:
         full. Raises ConvexSetError for an order below 1 or above that of a segment.
         """
         label = f"{self._name}: add_path_continuity_constraints: continuity_order"
-        order = as_count(continuity_order, 1, label)
+        order = as_whole(continuity_order, label, 1)
         most = self.most_continuity
         if order > most:
             raise ConvexSetError(
@@ -148,7 +148,7 @@ class JoinedEdges:
         segments are the same: a motion that stops where they meet is not looked for.
         """
         label = f"{self._name}: add_continuity_constraints: continuity_order"
-        order = as_count(continuity_order, 1, label)
+        order = as_whole(continuity_order, label, 1)
         most = self.most_continuity
         if order > most:
             raise ConvexSetError(

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from scene_graph_ros.convex.errors import ConvexSetError
 from scene_graph_ros.convex.graphs.model.options import GraphOfConvexSetsOptions
 from scene_graph_ros.convex.iris.regions_yaml import load_iris_regions_yaml_file
-from scene_graph_ros.convex.questions.arguments import as_nonnegative, as_vector
+from scene_graph_ros.convex.questions.arguments import as_nonnegative, as_vector, as_whole
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.convex.sets.point import Point
 from scene_graph_ros.geometry.one_line import one_line
@@ -23,7 +23,6 @@ from scene_graph_ros.planning.checker.distance_and_interpolation import (
 )
 from scene_graph_ros.planning.checker.path_ends import pair_words
 from scene_graph_ros.planning.edges.edge_measure import EdgeMeasure, EdgeStatus
-from scene_graph_ros.planning.gcs.arguments import as_count
 from scene_graph_ros.planning.gcs.edges_between_subgraphs import EdgesBetweenSubgraphs
 from scene_graph_ros.planning.gcs.gcs_trajectory_optimization import GcsTrajectoryOptimization
 from scene_graph_ros.planning.gcs.result import GcsTrajectoryResult
@@ -125,7 +124,7 @@ def plan_through_regions(
     if continuous_revolute_joints is None:
         continuous_revolute_joints = _turning(checker, held)
     graph = GcsTrajectoryOptimization(len(first), continuous_revolute_joints)
-    free = graph.add_regions(regions, as_count(order, 1, f"{label}: order"), name="regions")
+    free = graph.add_regions(regions, as_whole(order, f"{label}: order", 1), name="regions")
     begin = graph.add_regions([Point(first)], 0, name="start")
     end = graph.add_regions([Point(last)], 0, name="goal")
     ends = {"start": graph.add_edges(begin, free), "goal": graph.add_edges(free, end)}
@@ -133,7 +132,7 @@ def plan_through_regions(
     if length_weight:
         graph.add_path_length_cost(length_weight)
     graph.add_velocity_bounds(-fastest, fastest)
-    if as_count(continuity_order, 0, f"{label}: continuity_order"):
+    if as_whole(continuity_order, f"{label}: continuity_order", 0):
         free.add_path_continuity_constraints(continuity_order)
     trajectory, result = graph.solve_path(begin, end, options)
     if trajectory is None:

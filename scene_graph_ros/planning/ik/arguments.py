@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.number_checks import whole
 from scene_graph_ros.geometry.real_arrays import real_array
-from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.planning.ik.pose_target import InverseKinematicsError
 from scene_graph_ros.robots.kinematic_tree import KinematicTree
 from scene_graph_ros.robots.tree_kernels import FLOATING
@@ -19,12 +18,7 @@ __all__ = ["first_configurations", "whole_number"]
 
 def whole_number(name: str, value: Any, *, least: int = 0) -> int:
     """Return it. Raises InverseKinematicsError unless it is a whole number from ``least`` on."""
-    number = as_float(value)
-    if number is None or number < least or not number.is_integer():
-        raise InverseKinematicsError(
-            f"{name} must be a whole number from {least} on, not {quoted(value)}"
-        )
-    return int(number)
+    return whole(name, value, InverseKinematicsError, least)
 
 
 def first_configurations(
