@@ -85,9 +85,9 @@ def time_curve(
     ):
         curve = normalize_segment_times(curve)
     curve = polynomials_of("curve", curve)
-    if curve.rows != len(limits.names):
+    if curve.rows != len(problem.limits.names):
         raise TrajectoryError(
-            f"curve has {curve.rows} rows, and limits name {len(limits.names)} positions"
+            f"curve has {curve.rows} rows, and limits name {len(problem.limits.names)} positions"
         )
     path = _moving(curve)
     patience = as_timeout(timeout)

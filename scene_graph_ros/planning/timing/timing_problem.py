@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import enum
 import math
 from typing import NamedTuple
@@ -141,7 +141,12 @@ def timing_problem(
     if np.ndim(path) != 2 or not len(q):
         raise TrajectoryError(f"path must have shape (n, nq), not {np.shape(path)}")
     if not limits.names:
-        raise TrajectoryError("limits must have the names of the positions that move")
+        if len(limits.velocities) != tree.num_positions:
+            raise TrajectoryError(
+                f"limits has {len(limits.velocities)} entries without names, and there are"
+                f" {tree.num_positions} positions: give names, of {', '.join(tree.position_names)}"
+            )
+        limits = replace(limits, names=tree.position_names)
     rows = np.array([tree.position_index(name) for name in limits.names], dtype=np.intp)
     for _, name in turning_quaternions(tree, q[np.newaxis]):
         raise TrajectoryError(f"the path turns the floating joint {name!r}: it can't be timed")
