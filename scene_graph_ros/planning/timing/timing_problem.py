@@ -64,11 +64,11 @@ class TimingFailure(enum.Enum):
 class TimedPath:
     """A trajectory along a path, proven free and within limits at all times; or why there is none.
 
-    ``points`` have the configurations of all positions ``(m, nq)``; ``trajectory`` runs
-    through them, in s. ``least_clearance`` (m) is a lower bound of all pairs' distances beyond
-    their paddings, at all times from point ``free_from`` on: 0, unless it leads out of a
-    collision. ``stops`` is at how many corners of the path the robots come to rest, ``rounded``
-    how many they round. ``failure`` and ``reason`` say why there is none.
+    ``points`` have the configurations of all positions ``(m, nq)``; ``trajectory`` is what runs
+    through them, in s. ``least_clearance`` (m) is what all pairs certainly keep, beyond their
+    paddings, at all times from point ``free_from`` on: 0, unless it leads out of a collision.
+    ``stops`` is at how many corners of the path the robots come to rest,
+    ``rounded`` how many they round. ``failure`` and ``reason`` say why there is none.
     """
 
     points: TrajectoryPoints | None

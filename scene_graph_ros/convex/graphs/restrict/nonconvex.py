@@ -1,8 +1,8 @@
 """Points of a path where costs and constraints are functions that need not be convex.
 
 From the points of the convex program, by sequential quadratic programming (Kraft, "A software
-package for sequential quadratic programming", 1988, as SciPy has it). The answer is the best
-nearby; points that break anything are refused by the caller, and no bound comes of it.
+package for sequential quadratic programming", 1988, as SciPy has it). What is found is the best
+nearby; points that break anything are refused by who asks, and no bound comes of it.
 """
 
 from __future__ import annotations
@@ -49,8 +49,8 @@ def with_functions(
 ) -> list[np.ndarray]:
     """Return points ``(n,)`` less their centres, near which none that keep all cost less.
 
-    ``start`` are points of the sets. They are in the sets and keep convex constraints to rounding
-    of the solver, where it found such points.
+    ``start`` are points of the sets. They are in the sets and keep what is convex to rounding of
+    the solver, where it found such points.
     """
     program, generator = _Program(problem, path), np.random.default_rng(0)
     best, least = list(start), (np.inf, np.inf)
