@@ -47,6 +47,10 @@ _SLOWER = 1.004
 _HOPELESS = 1.05
 """Motions that are faster than the limits by more than this factor are none."""
 
+_FINER = (1.0, 2.0, 4.0)
+"""Nodes, in units of the usual number, until there is a motion: a path of long and very short
+segments needs more than others."""
+
 _FIRST, _ROUGH, _LAST = 1.0, 1e-2, 2e-3
 """Weights of the barrier: the first, and the last ones of earlier rounds and of the last."""
 
@@ -84,14 +88,29 @@ def fastest_states(
     """Return states of the fastest motion along a smooth path, and its factor.
 
     ``start`` and ``end`` are ds/dt and its derivative there. The factor is by how much the motion
-    is too fast between two states, at least 1. Limits must have jerks.
+    is too fast between two states, at least 1. Limits must have jerks. Raises RetimingError where
+    there is none within the limits, which moving ends can ask for.
     """
     if not (any(start) or any(end)):
         straight = straight_states(path, limits, SHORTEST)
         if straight is not None:
             return straight, 1.0
-    states = guessed_motion(path, limits, start, end, fineness)
     ends = _Ends((start[0] > 0.0, end[0] > 0.0), (any(start), any(end)))
+    for finer in _FINER:
+        states = guessed_motion(path, limits, start, end, finer * fineness)
+        found = _fastest_near(states, path, limits, ends)
+        if found is not None:
+            return found
+    raise RetimingError(
+        "no motion begins and ends with these velocities and accelerations within the limits"
+        " along the path"
+    )
+
+
+def _fastest_near(
+    states: PathStates, path: PiecewisePolynomial, limits: MotionLimits, ends: _Ends
+) -> tuple[PathStates, float] | None:
+    """Return states of the fastest motion and its factor, from a guess; None if none is found."""
     for turn in range(_ROUNDS):
         weight = _LAST if turn == _ROUNDS - 1 else _ROUGH
         if turn:
@@ -99,10 +118,7 @@ def fastest_states(
         nodes = _Nodes(path, states, limits, ends)
         nodes.find(_FIRST if turn == 0 else 2.0 * _AGAIN, weight)
         if nodes.too_fast > _HOPELESS:
-            raise RetimingError(
-                "no motion begins and ends with these velocities and accelerations within the"
-                " limits along the path"
-            )
+            return None
         states = nodes.states()
     moves = any(ends.is_pinned)
     for _ in range(_STRICTER if moves else _TIGHTENINGS):
