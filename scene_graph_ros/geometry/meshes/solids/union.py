@@ -22,7 +22,7 @@ from scene_graph_ros.geometry.meshes.solids.folds import unfolded
 from scene_graph_ros.geometry.meshes.solids.half_edges import edges_of
 from scene_graph_ros.geometry.meshes.solids.overlaps import groups_of_boxes
 from scene_graph_ros.geometry.meshes.solids.pairing import is_nested_in_itself, with_pairs_apart
-from scene_graph_ros.geometry.meshes.solids.parts import Parts, signed_volumes
+from scene_graph_ros.geometry.meshes.solids.parts import Parts, signed_volumes, size_of
 from scene_graph_ros.geometry.meshes.solids.piercing import TooManyError
 from scene_graph_ros.geometry.meshes.solids.press import pressed_together
 from scene_graph_ros.geometry.meshes.solids.resolve import resolved
@@ -90,7 +90,7 @@ def unite(vertices: FloatArray, parts: Parts, tolerance: float, *, resolve: bool
     found = _split(vertices, parts)
     if not found:
         return United(*_together([]), 0, np.zeros(0, dtype=np.int64), (), 0, None, "")
-    size = float(np.ptp(vertices[parts.triangles].reshape(-1, 3), axis=0).max())
+    size = size_of(vertices, parts.triangles)
     extents = np.array([(part.upper - part.lower).max() for part in found])
     is_kept = extents > LEAST_PART * size
     dropped = np.flatnonzero(parts.is_closed)[~is_kept]
@@ -321,8 +321,9 @@ def _beside(bodies: Sequence[Any], others: Sequence[Any]) -> list[Any]:
     """Return the bodies whose boxes meet the box of any other one."""
     own = np.array([body.bounding_box() for body in bodies])
     boxes = np.array([body.bounding_box() for body in others])
-    meets = (own[:, None, :3] <= boxes[None, :, 3:]) & (own[:, None, 3:] >= boxes[None, :, :3])
-    return [bodies[k] for k in np.flatnonzero(meets.all(axis=2).any(axis=1))]
+    is_below = (own[:, None, :3] <= boxes[None, :, 3:]).all(axis=2)
+    is_above = (own[:, None, 3:] >= boxes[None, :, :3]).all(axis=2)
+    return [bodies[k] for k in np.flatnonzero((is_below & is_above).any(axis=1)).tolist()]
 
 
 def _levels(bodies: Sequence[Any], most: int) -> list[Any]:
