@@ -323,7 +323,8 @@ def _beside(bodies: Sequence[Any], others: Sequence[Any]) -> list[Any]:
     boxes = np.array([body.bounding_box() for body in others])
     is_below = (own[:, None, :3] <= boxes[None, :, 3:]).all(axis=2)
     is_above = (own[:, None, 3:] >= boxes[None, :, :3]).all(axis=2)
-    return [bodies[k] for k in np.flatnonzero((is_below & is_above).any(axis=1)).tolist()]
+    rows = np.unique(np.nonzero(is_below & is_above)[0])
+    return [bodies[k] for k in rows.tolist()]
 
 
 def _levels(bodies: Sequence[Any], most: int) -> list[Any]:
