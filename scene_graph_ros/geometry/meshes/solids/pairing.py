@@ -94,7 +94,7 @@ def pair_around(
 
 
 def _against(label: IntArray, turned: BoolArray) -> BoolArray:
-    """Tell which triangles (m,) run the other way than most of their part."""
+    """Return a mask of triangles (m,): those that run against most of their part."""
     share = np.bincount(label, turned) / np.bincount(label)
     return turned != (share > 0.5)[label]
 
@@ -175,7 +175,7 @@ def _around(
 
 
 def _wedges(begins: BoolArray) -> tuple[IntArray, IntArray]:
-    """Return where wedges begin and end, of half edges (k,) around an edge: (k / 2,) rows each."""
+    """Return the beginnings and ends of wedges, (k / 2,) rows each, of half edges (k,)."""
     sectors = np.cumsum(np.where(begins, 1, -1))
     first = int(sectors.argmin()) + 1  # behind a sector of the lowest winding number
     pairs, open_ones = [], []
