@@ -85,6 +85,7 @@ if TYPE_CHECKING:
         InverseKinematicsError,
         PoseTarget,
     )
+    from scene_graph_ros.planning.motion.trajectory_planner import plan_trajectory
     from scene_graph_ros.planning.optimal_control.collocation_constraint import (
         add_direct_collocation_constraint,
         DirectCollocationConstraint,
@@ -256,6 +257,7 @@ __all__ = [
     "plan_path",
     "plan_straight",
     "plan_through_regions",
+    "plan_trajectory",
     "prove_trajectory",
     "region_around",
     "regions_along",
@@ -321,6 +323,7 @@ _MODULES = {
         "inverse_kinematics",
     ),
     "planning.ik.pose_target": ("InverseKinematicsError", "PoseTarget"),
+    "planning.motion.trajectory_planner": ("plan_trajectory",),
     "planning.optimal_control.collocation_constraint": (
         "DirectCollocationConstraint",
         "add_direct_collocation_constraint",
