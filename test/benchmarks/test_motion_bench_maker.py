@@ -1,4 +1,4 @@
-"""Paths for problems that others made: seventy of MotionBenchMaker's, ten of each set."""
+"""Paths and motions for problems that others made: ten of each set of MotionBenchMaker's."""
 
 from pathlib import Path
 

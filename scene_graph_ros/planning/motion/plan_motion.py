@@ -25,6 +25,7 @@ from scene_graph_ros.planning.timing.timing_problem import (
     TimingProblem,
 )
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
+from scene_graph_ros.trajectories.sample_along import sample_along
 from scene_graph_ros.trajectories.sampling import SHORTEST
 from scene_graph_ros.trajectories.straight_motion import least_duration
 from scene_graph_ros.trajectories.trajectory_points import TrajectoryPoints
@@ -75,9 +76,32 @@ def spline_motion(problem: TimingProblem, turns: Turns) -> TimedPath | None:
             return known
         known, spline = tries[-1].motion, tries[-1].spline
         if len(tries) == 1:
-            return known
+            break
         sampling = sampling.denser(np.any([each.is_bad for each in tries], axis=0))
+    if known is not None and problem.limits.jerks is None:
+        return _retimed(problem, room, spline, turns) or known
     return known
+
+
+def _retimed(
+    problem: TimingProblem, room: SplineRoom, spline: Spline, turns: Turns
+) -> TimedPath | None:
+    """Return the fastest motion along a spline's curve, where accelerations may jump, or None."""
+    curve = np.empty((spline.spans, 4, len(problem.rows)))
+    curve[:] = problem.path[0, problem.rows]
+    curve[:, :, np.isin(problem.rows, room.rows)] = spline.bezier()
+    curve[0, 0], curve[-1, -1] = problem.path[0, problem.rows], problem.path[-1, problem.rows]
+    path = PiecewisePolynomial(np.arange(spline.spans + 1.0), curve)
+    sampled = sample_along(path, problem.limits, retimer=problem.retimer)
+    if sampled.excess is not None:
+        return None
+    trajectory = sampled.points.trajectory()
+    if position_excess(problem, trajectory) is not None:
+        return None
+    proofs = _proofs(problem, trajectory, turns)
+    if (proofs.statuses != FREE).any() or trajectory.duration >= spline.duration:
+        return None
+    return as_timed_path(problem, sampled.points, trajectory, proofs, np.empty(0))
 
 
 def _room(problem: TimingProblem) -> SplineRoom:
@@ -111,6 +135,17 @@ def _tried(problem: TimingProblem, room: SplineRoom, spline: Spline, turns: Turn
         return _Tried(spline, None, nothing)
     points, trajectory = sampled
 
+    proven = _proofs(problem, trajectory, turns)
+    is_bad = proven.statuses != FREE
+    if is_bad.any():
+        return _Tried(spline, None, is_bad)
+    motion = as_timed_path(problem, points, trajectory, proven, np.empty(0))
+    return _Tried(spline, motion, nothing)
+
+
+def _proofs(problem: TimingProblem, trajectory: PiecewisePolynomial, turns: Turns) -> EdgeProofs:
+    """Prove what runs through points, in turns."""
+
     def proofs() -> EdgeProofs:
         curves, tolerance = trajectory.control_points, problem.checker.tolerance
         return problem.prove(curves, tolerance, turns.stops.proving)
@@ -118,11 +153,7 @@ def _tried(problem: TimingProblem, room: SplineRoom, spline: Spline, turns: Turn
     proven = proofs()
     if (proven.statuses == UNFINISHED).any():
         proven = turns.beside(proofs)
-    is_bad = proven.statuses != FREE
-    if is_bad.any():
-        return _Tried(spline, None, is_bad)
-    motion = as_timed_path(problem, points, trajectory, proven, np.empty(0))
-    return _Tried(spline, motion, nothing)
+    return proven
 
 
 def _sampled(

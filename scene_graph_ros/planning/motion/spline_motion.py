@@ -33,8 +33,12 @@ Array = NDArray[np.float64]
 _FIXED = 3
 """Control points at each end that say where it begins and ends."""
 
-_SPANS_TO_SPEED, _FEWEST, _MOST = 3.0, 16, 48
-"""Intervals between knots: in the time that it takes to get fast, and altogether."""
+_SPANS_TO_SPEED, _SPANS_WITHOUT_JERKS = 3.0, 6.0
+"""Intervals between knots in the time that it takes to get fast: more where accelerations may
+jump, as those of a spline do not."""
+
+_FEWEST, _MOST = 16, 48
+"""Intervals altogether."""
 
 _SHORTEST_RAMP, _LONGEST_RAMP = 0.05, 0.45
 """Of its duration: how long a first spline takes to get fast, and to brake."""
@@ -182,7 +186,8 @@ def first_spline(room: SplineRoom, path: Array) -> Spline:
     lengths = (np.abs(np.diff(path, axis=0)) / velocities).max(axis=1)
     along = np.concatenate([[0.0], lengths.cumsum()])
     duration = float(along[-1]) + rise
-    spans = int(np.clip(_SPANS_TO_SPEED * duration / rise, _FEWEST, _MOST))
+    parts = _SPANS_TO_SPEED if len(room.limits) > 2 else _SPANS_WITHOUT_JERKS
+    spans = int(np.clip(parts * duration / rise, _FEWEST, _MOST))
     ramp = min(max(rise / duration, _SHORTEST_RAMP), _LONGEST_RAMP)
     t = np.linspace(0.0, 1.0, spans - 1)
     s = np.where(t < ramp, t * t / (2.0 * ramp), t - 0.5 * ramp)
