@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 import time
-from typing import NamedTuple
+from typing import NamedTuple, TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
 from scene_graph_ros.planning.ik.pose_target import PoseTarget
-from scene_graph_ros.planning.motion.goal_sets import goals_in_set
 from scene_graph_ros.planning.motion.plan_motion import least_time, spline_motion
 from scene_graph_ros.planning.motion.spline_motion import GOOD_ENOUGH, load_spline_kernels
 from scene_graph_ros.planning.parallel.stoppable import Turns
@@ -30,6 +28,9 @@ from scene_graph_ros.planning.timing.timing_problem import (
     TimingProblem,
 )
 from scene_graph_ros.trajectories.motion_limits import MotionLimits
+
+if TYPE_CHECKING:
+    from scene_graph_ros.convex.sets.convex_set import ConvexSet
 
 __all__ = ["plan_trajectory"]
 
@@ -84,9 +85,8 @@ def plan_trajectory(
         _Clock(patience, watch),
     )
     own = asked.problem(np.repeat(checker.checked_configurations(start)[:1], 2, axis=0))
-    is_set = isinstance(goal, ConvexSet)
-    if isinstance(goal, ConvexSet):
-        goal = goals_in_set(checker, goal, start, group, seed)
+    given, goal = goal, _without_set(checker, goal, start, group, seed)
+    is_set = goal is not given
     best: TimedPath | None = None
     for turn in range(_TRIES):
         plan = plan_path(
@@ -109,6 +109,26 @@ def plan_trajectory(
             break
     assert best is not None
     return best
+
+
+_Goal = ArrayLike | PoseTarget | Sequence[PoseTarget]
+
+
+def _without_set(
+    checker: SceneGraphCollisionChecker,
+    goal: _Goal | ConvexSet,
+    start: ArrayLike,
+    group: str | None,
+    seed: int,
+) -> _Goal:
+    """Return configurations of a goal that is a set; any other goal as it is."""
+    if isinstance(goal, (np.ndarray, PoseTarget, Sequence)):
+        return goal
+    # Whoever has a set has imported this.
+    from scene_graph_ros.convex.sets.convex_set import ConvexSet
+    from scene_graph_ros.planning.motion.goal_sets import goals_in_set
+
+    return goals_in_set(checker, goal, start, group, seed) if isinstance(goal, ConvexSet) else goal
 
 
 class _Clock:
