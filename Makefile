@@ -161,8 +161,8 @@ bench: all-kernels peers  ## compare speed with the peers
 	$(RUN) -m benchmarks.optimal_control
 	$(RUN) -m benchmarks.gcs_trajectories --sizes 20 --defaults
 	$(RUN) -m benchmarks.certified_regions
-	$(RUN) -m benchmarks.plans --all --ompl --picture docs/solved.png
 	$(RUN) -m benchmarks.motions --picture docs/motion_times.png
+	$(RUN) -m benchmarks.plans --all --ompl --picture docs/solved.png
 
 accuracy: all-kernels peers  ## compare accuracy with the peers: tables and plots
 	$(RUN) -m benchmarks.accuracy

@@ -65,7 +65,7 @@ def straight_states(
 def least_duration(ways: NDArray[np.float64], limits: MotionLimits) -> float:
     """Return the least time (s) in which positions go ``ways`` ``(n,)`` from rest to rest.
 
-    Each by itself: none goes sooner from one configuration to another, along whatever path.
+    Each by itself: no path from one configuration to another is faster.
     """
     jerks = np.full(len(ways), np.inf) if limits.jerks is None else limits.jerks
     least = 0.0

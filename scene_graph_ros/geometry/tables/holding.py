@@ -51,7 +51,7 @@ def _plain(value: Any) -> Any:
 
 
 def _layout(value: Any) -> Any:
-    """Return what says of a value which type it has to compiled code."""
+    """Return the properties of a value that its type in compiled code depends on."""
     if isinstance(value, tuple):
         return (type(value), *map(_layout, value))
     if isinstance(value, np.ndarray):

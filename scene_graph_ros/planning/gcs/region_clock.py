@@ -1,4 +1,4 @@
-"""How long a plan through regions may take, and who is called meanwhile."""
+"""The time limit of a plan through regions, and its watch function."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ __all__ = ["RegionClock"]
 
 
 class RegionClock:
-    """Tells whether it is late; without a time and without anyone to call it changes nothing."""
+    """Tells whether it is late; without a timeout and a watch function it changes nothing."""
 
     def __init__(self, timeout: float | None, watch: Callable[[], None] | None) -> None:
-        """Begin. Raises ConvexSetError for what is no time."""
+        """Begin. Raises ConvexSetError for a bad timeout."""
         patience = None if timeout is None else as_float(timeout)
         if timeout is not None and (patience is None or not 0.0 <= patience < math.inf):
             raise ConvexSetError(
@@ -52,12 +52,12 @@ class RegionClock:
         return self._patience is not None or self._watch is not None
 
     def follow(self, progress: PlanProgress) -> None:
-        """Call whoever watches while a path is looked for."""
+        """Call the watch function during a search for a path."""
         if self._watch is not None:
             self._watch()
 
     def is_late(self) -> bool:
-        """Tell whether the time is over; calls whoever watches, who may raise."""
+        """Tell whether the time is over; calls the watch function, which may raise."""
         if self._watch is not None:
             self._watch()
         return self._patience is not None and self.left == 0.0

@@ -46,7 +46,7 @@ _MOST_SECONDS = 1e6
 
 
 def least_time(problem: TimingProblem) -> float:
-    """Return the least time (s) that start and goal allow, whatever is in the way."""
+    """Return the least time (s) that start and goal allow, obstacles left aside."""
     ways = problem.path[-1, problem.rows] - problem.path[0, problem.rows]
     return least_duration(ways, problem.limits)
 
@@ -105,7 +105,7 @@ def _retimed(
 
 
 def _room(problem: TimingProblem) -> SplineRoom:
-    """Return where a spline may go: what the path moves, and nothing else."""
+    """Return the room of a spline: the positions that the path moves, and their limits."""
     path, tree, limits = problem.path, problem.checker.plan.tree, problem.limits
     moves = np.ptp(path[:, problem.rows], axis=0) > 0.0
     rows = problem.rows[moves]
@@ -144,7 +144,7 @@ def _tried(problem: TimingProblem, room: SplineRoom, spline: Spline, turns: Turn
 
 
 def _proofs(problem: TimingProblem, trajectory: PiecewisePolynomial, turns: Turns) -> EdgeProofs:
-    """Prove what runs through points, in turns."""
+    """Prove a trajectory, in turns."""
 
     def proofs() -> EdgeProofs:
         curves, tolerance = trajectory.control_points, problem.checker.tolerance
@@ -159,7 +159,7 @@ def _proofs(problem: TimingProblem, trajectory: PiecewisePolynomial, turns: Turn
 def _sampled(
     problem: TimingProblem, room: SplineRoom, spline: Spline
 ) -> tuple[TrajectoryPoints, PiecewisePolynomial] | None:
-    """Return a spline's points at whole nanoseconds, and what runs through them; None: it can't.
+    """Return a spline's points at whole nanoseconds, and their polynomials; None: it can't.
 
     They are of all that has limits, and within them.
     """

@@ -4,8 +4,8 @@ A uniform cubic B-spline with knots ``u`` seconds apart is a motion whose jerk i
 two knots. Its rates are bounded by the differences of its control points c: ``|D c| <= V u``,
 ``|D^2 c| <= A u^2`` and ``|D^3 c| <= J u^3``; the last two bounds are exact. A barrier method
 changes c and u at once, so that u becomes least (Boyd and Vandenberghe, *Convex Optimization*,
-2004, section 11.3). All iterates are within all bounds. What bounds of order p have of negative
-curvature in u is left out of the Hessian, which is a band of 4 k - 1 diagonals for k positions,
+2004, section 11.3). All iterates are within all bounds. The negative curvature in u of bounds of
+order p is left out of the Hessian, which is a band of 4 k - 1 diagonals for k positions,
 bordered by u.
 """
 
@@ -41,7 +41,7 @@ _FIXED = 3
 
 
 class HalfSpaces(NamedTuple):
-    """What positions q at n places on a spline keep: ``normals q + offsets > 0``, m of them."""
+    """Half-spaces at n places on a spline, m: ``normals q + offsets > 0``."""
 
     spans: np.ndarray
     """``(n,)``: between which knots the place is."""
@@ -72,7 +72,7 @@ def _place_ends(ends, u, c, changes):
 
 @inlined_kernel
 def _coefficient(order, at):
-    """Return how much a control point counts in a difference of an order."""
+    """Return the factor of a control point in a difference of an order."""
     if order == 1:
         return -1.0 if at == 0 else 1.0
     if order == 2:
@@ -96,7 +96,7 @@ def _difference(c, i, j, order):
 
 @inlined_kernel
 def _change(changes, count, i, j, order):
-    """Return how u changes a difference: only control points at the ends depend on it."""
+    """Return the derivative of a difference by u: only points at the ends depend on it."""
     total = 0.0
     for at in range(order + 1):
         row = i + at

@@ -1,4 +1,4 @@
-"""Motions as cubic splines in time, made shorter by what distances tell of their derivatives.
+"""Motions as cubic splines in time, made shorter by distances and their derivatives.
 
 In each round distances of near pairs are taken at places along the spline. To first order they
 are half-spaces of its control points, and within these, limits and a box around where it was the
@@ -163,7 +163,7 @@ _loaded: set[str] = set()
 
 
 def load_spline_kernels(checker: SceneGraphCollisionChecker) -> None:
-    """Load what will be called, or compile it, before time is counted, once in a process."""
+    """Load the kernels, or compile them, before time is counted, once in a process."""
     if "spline" in _loaded:
         return
     q = checker.plan.tree.zero_configuration()
@@ -200,7 +200,7 @@ def first_spline(room: SplineRoom, path: Array) -> Spline:
 
 
 class _Places(NamedTuple):
-    """Places along a spline, and how near they are to what."""
+    """Places along a spline, and the pairs that are near there."""
 
     configurations: Array
     """``(n, k)``."""
@@ -250,7 +250,7 @@ class Sampling(NamedTuple):
         return self.of(self.room, np.where(chosen, _DENSER * self.counts, self.counts))
 
     def places(self, control_points: Array) -> _Places:
-        """Return where they are, and what is near."""
+        """Return the places of a spline, with the pairs that are near."""
         chosen = control_points[self.spans[:, np.newaxis] + np.arange(4)]
         q = (self.weights[:, :, np.newaxis] * chosen).sum(axis=1)
         near = near_rows(self.room.plan, self.room.whole(q), _NEAR)
@@ -260,7 +260,7 @@ class Sampling(NamedTuple):
         return _Places(q, near, owners, least)
 
     def half_spaces(self, places: _Places, trust: float) -> HalfSpaces:
-        """Return what is to be kept, to first order, of all that a step may come near to."""
+        """Return half-spaces, to first order, of all pairs that a step may come near to."""
         distances, normals = places.near.distances, places.near.jacobians[:, self.room.rows]
         kept = np.minimum(_KEPT, distances - _LESS * np.abs(distances) - 10.0 * _SPARE)
         counts = distances - kept < trust * np.abs(normals).sum(axis=1)
@@ -274,7 +274,7 @@ class Sampling(NamedTuple):
 def shorter_splines(
     sampling: Sampling, spline: Spline, least_time: float, turns: Turns
 ) -> list[Spline]:
-    """Return splines that take ever less time, and keep what the first did at its places.
+    """Return splines that take ever less time, and keep their distances at the places.
 
     They end where a round saves little, where the last is nearly as fast as ``least_time`` (s),
     and where it is time to stop.
@@ -322,7 +322,7 @@ def _fastest(
 def _step(
     sampling: Sampling, spline: Spline, places: _Places, points: Array
 ) -> tuple[float, Spline, _Places] | None:
-    """Return how far it is gone to other control points, so that enough is kept; None: nowhere."""
+    """Return the part of a step that keeps enough, and its end; None where none does."""
     floor = np.minimum(np.minimum(_KEPT, places.least) * _PART, places.least)
     for part in _STEPS:
         tried = spline.control_points + part * (points - spline.control_points)

@@ -60,7 +60,7 @@ def plan_trajectory(
 
     A path is found as `plan_path` does. It becomes a cubic spline in time, which is made shorter
     while distances and their derivatives say where it may go, until a round saves little. Its
-    points and what runs through them keep all ``limits`` at all times and are proven free, as of
+    points and their polynomials keep all ``limits`` at all times and are proven free, as of
     `time_path`; otherwise, and where it does not begin at rest or in a collision, it is the path
     that is timed. Where it takes much longer than start and goal alone would, two more paths are
     tried. The motion does not follow the path: its ``plan`` has that.
@@ -132,7 +132,7 @@ def _without_set(
 
 
 class _Clock:
-    """How much time is left, and who is told how far it has come."""
+    """The time limit, and the watch function."""
 
     def __init__(
         self, patience: float | None, watch: Callable[[PlanProgress], None] | None
@@ -140,7 +140,7 @@ class _Clock:
         self._begin, self._patience, self._watch = time.monotonic(), patience, watch
 
     def left(self) -> float | None:
-        """Return how many seconds are left; None where it may take for ever."""
+        """Return the seconds that are left; None without a time limit."""
         spent = time.monotonic() - self._begin
         return None if self._patience is None else max(self._patience - spent, 0.0)
 
@@ -151,7 +151,7 @@ class _Clock:
 
 
 class _Asked(NamedTuple):
-    """What was asked for, but for start and goal."""
+    """The arguments, but for start and goal."""
 
     checker: SceneGraphCollisionChecker
     limits: MotionLimits
@@ -161,7 +161,7 @@ class _Asked(NamedTuple):
     clock: _Clock
 
     def problem(self, path: NDArray[np.float64]) -> TimingProblem:
-        """Return how a path is to be timed."""
+        """Return the timing problem of a path."""
         start = (self.start_velocity, self.start_acceleration)
         options = PathOptions(None, (), (), start, (None, None))
         problem = with_options(timing_problem(self.checker, path, self.limits), options)
