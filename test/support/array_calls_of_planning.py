@@ -17,6 +17,7 @@ from scene_graph_ros.planning import (
     MaxCliqueSolverViaMip,
     NonlinearProgram,
     plan_through_regions,
+    plan_trajectory,
     PoseTarget,
     regions_along,
     regions_around,
@@ -101,19 +102,21 @@ def _inertias(model):
     return tree_inertias(model, model.kinematic_tree())
 
 
+def _limits(w):
+    """Return limits of all positions, of jerk, too."""
+    names = w.tree.position_names
+    velocities = dict.fromkeys(names, 9.0)
+    return MotionLimits.of_tree(w.tree, velocities=velocities, accelerations=9.0, jerks=50.0)
+
+
 def _timed(**more):
     """Return a call of ``time_path`` with some of its options."""
+    return lambda w, **arrays: time_path(w.free, PATH, _limits(w), **arrays, **more).duration
 
-    def call(w, **arrays):
-        limits = MotionLimits.of_tree(
-            w.tree,
-            velocities=dict.fromkeys(w.tree.position_names, 9.0),
-            accelerations=9.0,
-            jerks=50.0,
-        )
-        return time_path(w.free, PATH, limits, **arrays, **more).duration
 
-    return call
+def _duration(w, start, goal, start_velocity, start_acceleration):
+    rates = {"start_velocity": start_velocity, "start_acceleration": start_acceleration}
+    return plan_trajectory(w.free, start, goal, _limits(w), **rates).duration
 
 
 def _placed(w, X_JcC):
@@ -191,6 +194,15 @@ CALLS = {
             inverse_kinematics(w.free, PoseTarget("left/ball", np.eye(4)), near=near).nearest
         ),
         {"near": Q1},
+    ),
+    "plan_trajectory": (
+        _duration,
+        {
+            "start": Q1,
+            "goal": Q2,
+            "start_velocity": [0.0, 1],
+            "start_acceleration": [0.0, 1],
+        },
     ),
     "time_path": (
         _timed(),
