@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from robot_scenes import ARM, BALL, diagram, DRONE, POSTS, SLIDE
+from robot_scenes import ARM, BALL, CART, diagram, DRONE, POSTS, SLIDE
 
 from scene_graph_ros.geometry.optimization import HPolyhedron, Hyperellipsoid, IrisOptions
 from scene_graph_ros.planning import (
@@ -301,6 +301,38 @@ def test_faces_touch_the_grown_ellipsoid_and_keep_points():
     assert (kept @ normal <= side).all() and normal @ [2.0, 0.0] > side
     inside = np.array([[1.5, 0.5]])
     assert cut_between(Cut(np.eye(2), np.zeros(2), kept), inside, 0.1, -1)[2] is not None
+
+
+def test_a_margin_leaves_the_centre_of_a_thin_ellipsoid_inside():
+    """Unless what is not free is itself within the margin of it."""
+    thin = Cut(np.diag([0.6, 1e-5]), np.zeros(2), np.zeros((0, 2)))
+    q = np.array([0.6, 1e-4])
+    (normal,), (side,), inside = cut_between(thin, q[np.newaxis], 0.01, -1)
+    assert inside is None
+    # (0, 1) nearly: the face is 1e-4 from the centre, and q is beyond it.
+    assert 0.0 < side < normal @ q < 1.1e-4
+    (normal,), (side,), _ = cut_between(thin, np.array([[0.005, 0.0]]), 0.01, -1)
+    assert side == pytest.approx(0.005 - 0.01)
+
+
+def test_regions_around_a_thin_ellipsoid_are_found(tmp_path):
+    """Along a free edge between four boxes, for seeds whose margins cut the centre off before."""
+    checker = SceneGraphCollisionChecker(diagram(tmp_path, CART))
+    boxes = [([0.1, 0.5], [1, 1]), ([-1, -1], [-0.1, -0.5]), ([0.1, -1], [1, -0.5])]
+    obstacles = [HPolyhedron.make_box(*each) for each in [*boxes, ([-1, 0.5], [-0.1, 1])]]
+    half, center = np.array([-0.1, 0.6]), np.array([0.05, 0.15])
+    along = half / np.linalg.norm(half)
+    across = np.array([-along[1], along[0]])
+    A = np.vstack([along / np.linalg.norm(half), across / 1e-3])
+    for seed in (0, 7, 12, 15):
+        options = IrisNpOptions(
+            configuration_obstacles=obstacles,
+            random_seed=seed,
+            starting_ellipse=Hyperellipsoid(A, center),
+        )
+        region = iris_in_configuration_space(checker, [0.0, 0.0], options)
+        assert region.point_in_set(center)
+        assert not any(region.intersects_with(each) for each in obstacles)
 
 
 def test_bounds_of_shares_are_those_of_clopper_and_pearson():
