@@ -279,3 +279,15 @@ def test_what_makes_no_sense_is_refused():
     free.add_continuity_constraints(1)
     with pytest.raises(ConvexSetError, match="convex_relaxation must not be False"):
         graph.solve_path(start, goal, GraphOfConvexSetsOptions(convex_relaxation=False))
+
+
+def test_complexity_counts_what_is_asked():
+    """A time cost is one variable of each region; continuity of q' adds to every edge."""
+    graph, *_ = around_a_corner(2)
+    before = graph.estimate_complexity()
+    graph.add_time_cost(3.0)
+    regions = sum(len(each.vertices) for each in graph.get_subgraphs() if each.order)
+    assert graph.estimate_complexity() == before + regions
+    graph.add_continuity_constraints(1)
+    assert graph.estimate_complexity() > before + regions
+    assert GcsTrajectoryOptimization(3).estimate_complexity() == 0
