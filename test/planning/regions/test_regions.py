@@ -335,6 +335,68 @@ def test_regions_around_a_thin_ellipsoid_are_found(tmp_path):
         assert not any(region.intersects_with(each) for each in obstacles)
 
 
+def test_a_region_of_parameters_is_free_through_their_function(arm):
+    """Both joints as functions of one number, and of numbers squeezed by an arc tangent."""
+    coupled = replace(FAST, parameterization=lambda s: np.concatenate([s, -2.0 * s], axis=1))
+    line = HPolyhedron.make_box([-1.4], [1.4])
+    region = iris_zo(arm, Hyperellipsoid.make_hypersphere(0.01, [0.0]), line, coupled)
+    s = np.linspace(-1.4, 1.4, 400)[:, np.newaxis]
+    inside = region.point_in_set(s)
+    assert inside[200] and 0 < inside.sum() < 400
+    assert arm.check_configs_collision_free(coupled.parameterization(s[inside])).mean() >= 0.95
+    # In tangents of half angles lines are curves of angles.
+    tangents = replace(FAST, parameterization=lambda t: 2.0 * np.arctan(t))
+    box = HPolyhedron.make_box([-2.0, -2.0], [2.0, 2.0])
+    region = iris_zo(arm, ball([0.0, 0.0]), box, tangents, certificate=True)
+    t = np.random.default_rng(0).uniform(-2.0, 2.0, size=(2000, 2))
+    chosen = t[region.region.point_in_set(t)]
+    assert len(chosen) > 50
+    assert arm.check_configs_collision_free(2.0 * np.arctan(chosen)).mean() >= 0.95
+
+
+@pytest.mark.parametrize(
+    ("function", "message"),
+    [
+        (3, "parameterization must be a function, or None, not 3"),
+        (lambda s: s[:, :1], r"parameterization must return finite numbers \(1, 2\) of points"),
+        (lambda s: np.full((len(s), 2), np.nan), "parameterization must return finite numbers"),
+        (lambda s: "no", "parameterization must return finite numbers"),
+    ],
+)
+def test_parameterizations_that_make_no_sense_are_refused(arm, function, message):
+    """By what they return."""
+    with pytest.raises(RegionError, match=message):
+        options = replace(FAST, parameterization=function)
+        iris_zo(arm, ball([0.0, 0.0]), DOMAIN, options)
+
+
+def test_parameterizations_are_for_one_region_alone(arm):
+    """Where seeds are configurations they are refused."""
+    options = replace(FAST, parameterization=lambda s: s)
+    with pytest.raises(RegionError, match="region_around: options have a parameterization"):
+        region_around(arm, [0.0, 0.0], DOMAIN, options)
+    with pytest.raises(RegionError, match="IrisFromCliqueCoverOptions: options have"):
+        IrisFromCliqueCoverOptions(iris_options=options)
+    with pytest.raises(RegionError, match="domain must be an HPolyhedron, not None"):
+        iris_zo(arm, ball([0.0, 0.0]), None, options)
+
+
+def test_collisions_of_a_test_are_removed(arm):
+    """As long as there are some and rounds are left; a region with few of them passes without."""
+    rough = replace(FAST, epsilon=0.3, delta=0.3, max_iterations=1)
+    plain = iris_zo(arm, ball([0.0, 0.0]), DOMAIN, rough, certificate=True)
+    clean = iris_zo(
+        arm,
+        ball([0.0, 0.0]),
+        DOMAIN,
+        replace(rough, remove_all_collisions_possible=True),
+        certificate=True,
+    )
+    assert plain.hits > clean.hits == 0
+    with pytest.raises(RegionError, match="remove_all_collisions_possible must be True or False"):
+        replace(rough, remove_all_collisions_possible=1)
+
+
 def test_bounds_of_shares_are_those_of_clopper_and_pearson():
     """Without hits it is 1 - error^(1/n); the tail of the binomial at the bound is the error."""
     assert share_bound(100, 0, 0.05) == pytest.approx(1.0 - 0.05**0.01)
