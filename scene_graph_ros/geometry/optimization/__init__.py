@@ -81,6 +81,7 @@ if TYPE_CHECKING:
         check_if_satisfies_convexity_radius,
         compute_pairwise_intersections,
     )
+    from scene_graph_ros.convex.typed_yaml import yaml_dump_typed, yaml_load_typed
     from scene_graph_ros.convex.sets.partition import partition_convex_set
     from scene_graph_ros.convex.sets.point import Point
     from scene_graph_ros.convex.sets.spectrahedron import Spectrahedron
@@ -155,6 +156,8 @@ __all__ = [
     "scene_obstacles",
     "second_order_cone",
     "sum_squares",
+    "yaml_dump_typed",
+    "yaml_load_typed",
 ]
 
 _MODULES = {
@@ -248,6 +251,7 @@ _MODULES = {
     "sets.point": ("Point",),
     "sets.spectrahedron": ("Spectrahedron",),
     "sets.v_polytope": ("VPolytope",),
+    "typed_yaml": ("yaml_dump_typed", "yaml_load_typed"),
     "volumes.sampled_volume": ("SampledVolume",),
     "volumes.sampling": ("UniformSamples",),
     "volumes.volume_interval": ("VolumeInterval",),
