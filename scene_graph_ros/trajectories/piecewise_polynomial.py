@@ -252,9 +252,7 @@ class PiecewisePolynomial:
                 f"start_segment_index {first} and num_segments {num_segments} must name one or"
                 f" more of {self.num_segments} segments"
             )
-        return PiecewisePolynomial(
-            self.breaks[first : last + 1], self.control_points[first:last]
-        )
+        return PiecewisePolynomial(self.breaks[first : last + 1], self.control_points[first:last])
 
     def reverse_time(self) -> PiecewisePolynomial:
         """Return the curve the other way: at ``start_time + end_time - t`` what it is at t."""

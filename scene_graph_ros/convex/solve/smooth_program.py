@@ -105,9 +105,7 @@ class SmoothProgram:
         elif kind == "norm_inf":
             cost = ca.SX.sym(f"largest{len(self._largest)}")
             self._largest.append((cost, M, m))
-            self.add_expressions(
-                ca.vertcat(cost - w, cost + w), np.zeros(2 * len(m), dtype=bool)
-            )
+            self.add_expressions(ca.vertcat(cost - w, cost + w), np.zeros(2 * len(m), dtype=bool))
         elif kind == "quotient":
             cost = ca.sumsqr(w[1:]) / w[0]
             self.add_expressions(w[0], np.zeros(1, dtype=bool))

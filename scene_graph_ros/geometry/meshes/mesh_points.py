@@ -25,5 +25,7 @@ def checked_element(index: object, count: int, name: str) -> int:
     """Return the number of a triangle or tetrahedron. Raises MeshError for one not there."""
     is_whole = isinstance(index, (int, np.integer)) and not isinstance(index, bool)
     if not is_whole or not 0 <= index < count:  # type: ignore[operator]
-        raise MeshError(f"{name} must be a whole number from 0 to {count - 1}, not {quoted(index)}")
+        raise MeshError(
+            f"{name} must be a whole number from 0 to {count - 1}, not {quoted(index)}"
+        )
     return int(index)  # type: ignore[call-overload,no-any-return]

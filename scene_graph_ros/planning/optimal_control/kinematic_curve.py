@@ -323,9 +323,7 @@ class KinematicCurve:
             place = _as_place(each)
             q, v, a = (self._at(place, k) / self._T**k for k in range(3))
             forces = equations.inverse_dynamics(q, v, a)
-            made.append(
-                self._prog.add_constraint(forces, low, high, label=f"effort, s = {place}")
-            )
+            made.append(self._prog.add_constraint(forces, low, high, label=f"effort, s = {place}"))
         return made
 
     def _add_at(self, order: int, label: str, lb: Any, ub: Any, s: Any) -> Constraint:

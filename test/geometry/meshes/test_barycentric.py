@@ -38,7 +38,12 @@ def test_points_above_a_triangle_have_the_weights_of_their_projection():
     point = surface.cartesian_from_barycentric(0, [0.25, 0.25, 0.5])
     assert point.tolist() == [0.5, 1.0, 0.0]
     tetrahedron = VolumeMesh(np.vstack([np.zeros(3), np.eye(3)]), [[0, 1, 2, 3]])
-    assert tetrahedron.calc_barycentric([0.25, 0.5, 0.125], 0).tolist() == [0.125, 0.25, 0.5, 0.125]
+    assert tetrahedron.calc_barycentric([0.25, 0.5, 0.125], 0).tolist() == [
+        0.125,
+        0.25,
+        0.5,
+        0.125,
+    ]
     assert tetrahedron.calc_barycentric([2.0, 0.0, 0.0], 0).tolist() == [-1.0, 2.0, 0.0, 0.0]
 
 

@@ -48,7 +48,9 @@ def test_joints_by_name(tmp_path):
     path.write_text(URDF)
     tree = load_kinematic_tree(path)
     assert DofMask.make_from_model(tree, ["base"]).selected.tolist() == [True, True, True, False]
-    assert DofMask.make_from_model(tree, ["lift", "twin"]).selected.tolist() == [False] * 3 + [True]
+    assert DofMask.make_from_model(tree, ["lift", "twin"]).selected.tolist() == [False] * 3 + [
+        True
+    ]
     assert DofMask.make_from_model(tree, []).count == 0
     with pytest.raises(CollisionCheckerError, match="there is no joint 'lifft'"):
         DofMask.make_from_model(tree, ["lifft"])
@@ -65,7 +67,9 @@ def test_other_sizes_are_refused():
     """Of masks and of arrays."""
     mask = DofMask([True, False])
     for question in ("union", "intersect", "subtract"):
-        with pytest.raises(CollisionCheckerError, match=f"{question}: other must be a DofMask of 2"):
+        with pytest.raises(
+            CollisionCheckerError, match=f"{question}: other must be a DofMask of 2"
+        ):
             getattr(mask, question)(DofMask([True]))
     with pytest.raises(CollisionCheckerError, match="get_from_array: full must be numbers"):
         mask.get_from_array([1.0, 2.0, 3.0])
