@@ -69,7 +69,8 @@ def yaml_load_typed(data: str, schema: type[Value]) -> Value:
     import yaml
 
     label = f"yaml_load_typed: {getattr(schema, '__name__', quoted(schema))}"
-    if not isinstance(data, str) or len(data) > MAX_TEXT_BYTES:
+    given: Any = data
+    if not isinstance(given, str) or len(given) > MAX_TEXT_BYTES:
         raise ConvexSetError(
             f"{label}: data must be text of at most {MAX_TEXT_BYTES} characters, not"
             f" {quoted(data)}"

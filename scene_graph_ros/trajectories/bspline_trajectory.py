@@ -167,7 +167,7 @@ class BsplineTrajectory:
         return self.control_points.min(axis=0), self.control_points.max(axis=0)
 
     def as_linear_in_control_points(self, derivative_order: int = 1) -> NDArray[np.float64]:
-        """Return M ``(k, c)``: ``M @ control_points`` are a derivative's control points ``(k, n)``.
+        """Return M ``(k, c)``: ``M @ control_points`` ``(k, n)`` are those of a derivative.
 
         It depends on knots alone, so programs may have control points as variables.
         """

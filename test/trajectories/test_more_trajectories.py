@@ -308,7 +308,7 @@ def test_knots_are_inserted_without_moving_the_curve(degree):
     with pytest.raises(TrajectoryError, match=f"at most degree \\+ 1 = {degree + 1} times, 3.0"):
         curve.insert_knots([3.0] * (degree + 1))
     for wrong in ([0.9], [3.1]):
-        with pytest.raises(TrajectoryError, match="must be from 1.0 to 3.0"):
+        with pytest.raises(TrajectoryError, match=r"must be from 1\.0 to 3\.0"):
             curve.insert_knots(wrong)
     with pytest.raises(TrajectoryError, match="shape"):
         curve.insert_knots([[1.5]])

@@ -28,4 +28,4 @@ def checked_element(index: object, count: int, name: str) -> int:
         raise MeshError(
             f"{name} must be a whole number from 0 to {count - 1}, not {quoted(index)}"
         )
-    return int(index)  # type: ignore[call-overload,no-any-return]
+    return int(index)  # type: ignore[call-overload]

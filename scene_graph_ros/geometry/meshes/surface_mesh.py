@@ -122,9 +122,9 @@ class SurfaceMesh:
     def calc_barycentric(self, p_MQ: ArrayLike, triangle: int) -> FloatArray:
         """Return the barycentric weights ``(3,)`` of point Q's projection to a triangle's plane.
 
-        They add up to 1, and all are at least 0 where that is in the triangle. ``(m, 3)`` of points
-        ``(m, 3)``. Raises MeshError for a triangle that is not there or has no area, and for points
-        that are not finite.
+        They add up to 1, and all are at least 0 where that is in the triangle. ``(m, 3)`` of
+        points ``(m, 3)``. Raises MeshError for a triangle that is not there or has no area, and
+        for points that are not finite.
         """
         points = checked_points(p_MQ, "calc_barycentric")
         t = checked_element(triangle, self.num_triangles, "calc_barycentric: triangle")

@@ -141,8 +141,8 @@ class VolumeMesh:
     def calc_barycentric(self, p_MQ: ArrayLike, tetrahedron: int) -> FloatArray:
         """Return the barycentric weights ``(4,)`` of a point Q; at least 0 where it is inside.
 
-        They add up to 1. ``(m, 4)`` of points ``(m, 3)``. Raises MeshError for a tetrahedron that is
-        not there, and for points that are not finite.
+        They add up to 1. ``(m, 4)`` of points ``(m, 3)``. Raises MeshError for a tetrahedron that
+        is not there, and for points that are not finite.
         """
         points = checked_points(p_MQ, "calc_barycentric")
         t = checked_element(tetrahedron, self.num_tetrahedra, "calc_barycentric: tetrahedron")

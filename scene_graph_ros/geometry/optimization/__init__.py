@@ -81,11 +81,11 @@ if TYPE_CHECKING:
         check_if_satisfies_convexity_radius,
         compute_pairwise_intersections,
     )
-    from scene_graph_ros.convex.typed_yaml import yaml_dump_typed, yaml_load_typed
     from scene_graph_ros.convex.sets.partition import partition_convex_set
     from scene_graph_ros.convex.sets.point import Point
     from scene_graph_ros.convex.sets.spectrahedron import Spectrahedron
     from scene_graph_ros.convex.sets.v_polytope import VPolytope
+    from scene_graph_ros.convex.typed_yaml import yaml_dump_typed, yaml_load_typed
     from scene_graph_ros.convex.volumes.sampled_volume import SampledVolume
     from scene_graph_ros.convex.volumes.sampling import UniformSamples
     from scene_graph_ros.convex.volumes.volume_interval import VolumeInterval

@@ -33,6 +33,7 @@ class DofMask:
 
     def __post_init__(self) -> None:
         """Check and freeze the array."""
+        given: NDArray[Any]
         try:
             given = np.asarray(self.selected)
         except ValueError:
@@ -51,7 +52,8 @@ class DofMask:
     def make_from_model(cls, tree: KinematicTree, of: str | Sequence[str]) -> DofMask:
         """Return the positions of a group of the robot's SRDF, or of joints by their names.
 
-        Joints that follow others have none. Raises KinematicTreeError for an unknown group, CollisionCheckerError for other joints.
+        Joints that follow others have none. Raises KinematicTreeError for an unknown group,
+        CollisionCheckerError for other joints.
         """
         selected = np.zeros(tree.num_positions, dtype=np.bool_)
         if isinstance(of, str):
@@ -94,7 +96,7 @@ class DofMask:
         return DofMask(self.selected & self._same(other, "intersect").selected)
 
     def subtract(self, other: DofMask) -> DofMask:
-        """Return those that aren't in another. Raises CollisionCheckerError for another size."""
+        """Return those that aren't in another. Raises as `union`."""
         return DofMask(self.selected & ~self._same(other, "subtract").selected)
 
     def get_from_array(self, full: ArrayLike) -> NDArray[np.float64]:

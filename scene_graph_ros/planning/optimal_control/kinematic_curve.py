@@ -305,7 +305,8 @@ class KinematicCurve:
         given the other is infinite. Raises TrajectoryOptimizationError for another system, places
         outside of 0 to 1 and bounds that contradict each other.
         """
-        equations = dynamics.equations if isinstance(dynamics, Dynamics) else None
+        given: Any = dynamics
+        equations = given.equations if isinstance(given, Dynamics) else None
         if equations is None or (dynamics.num_states, dynamics.num_inputs) != (
             2 * self._n,
             self._n,

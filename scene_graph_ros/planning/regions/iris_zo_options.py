@@ -74,7 +74,8 @@ class IrisZoOptions:
     parameterization: Callable[[np.ndarray], ArrayLike] | None = None
     """A continuous function of a region's points ``(n, k)`` that returns configurations
     ``(n, nq)``: the region is one of these points. The domain is theirs, the ellipsoid and the
-    points to keep are, too; obstacles and constraints are of configurations. For `iris_zo` alone."""
+    points to keep are, too; obstacles and constraints are of configurations. It is for `iris_zo`
+    alone."""
     remove_all_collisions_possible: bool = False
     """Whether a region that passed its test is cut at the test's points that are not free, and
     tested anew, until a test has none or no rounds are left."""

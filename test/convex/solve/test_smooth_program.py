@@ -76,7 +76,7 @@ def test_quotients_and_exponentials_have_their_optima():
 
 
 def test_what_has_no_point_is_no_optimum():
-    """x >= 1 and x <= -1; and without variables all is said."""
+    """X >= 1 and x <= -1; and without variables all is said."""
     program = nearest_to([0.0])
     program.add_least(np.array([[1.0], [-1.0]]), np.array([-1.0, -1.0]))
     assert not program.solve(np.zeros(1))[1]

@@ -1,4 +1,4 @@
-"""Barycentric weights of points in triangles and tetrahedra: back to the point, and closed forms."""
+"""Barycentric weights in triangles and tetrahedra: back to the point, and closed forms."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ RNG = np.random.default_rng(3)
 @pytest.mark.parametrize("offset", [0.0, 1e6])
 @pytest.mark.parametrize("size", [1e-4, 1.0, 1e4])
 def test_weights_lead_back_to_points(size, offset):
-    """Of points in the plane of a triangle, also beyond its edges, and anywhere by a tetrahedron."""
+    """Of points in a triangle's plane, also beyond its edges, and in a tetrahedron."""
     corners = size * RNG.normal(size=(4, 3)) + offset
     if np.linalg.det(corners[1:] - corners[0]) < 0.0:
         corners = corners[[0, 2, 1, 3]]

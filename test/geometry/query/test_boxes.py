@@ -1,4 +1,4 @@
-"""Boxes around geometries in the world: closed forms at turned poses, clouds, and what has none."""
+"""Boxes around geometries in the world: closed forms, clouds, and what has none."""
 
 import numpy as np
 import pytest
@@ -96,7 +96,7 @@ def test_hulls_and_clouds_are_in_the_boxes_of_their_points():
 def test_what_has_no_role_or_is_unknown_is_refused():
     """By its name."""
     query, (body,) = scene([Sphere(1.0)], np.zeros(3), role=False)
-    with pytest.raises(RoleError, match="geometry 'g0' .* has no proximity role"):
+    with pytest.raises(RoleError, match=r"geometry 'g0' .* has no proximity role"):
         query.compute_aabb_in_world(body)
     other, (_, second) = scene([Sphere(1.0)] * 2, np.zeros(3))
     with pytest.raises(UnknownIdError):

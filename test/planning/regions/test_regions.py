@@ -366,8 +366,7 @@ def test_a_region_of_parameters_is_free_through_their_function(arm):
 def test_parameterizations_that_make_no_sense_are_refused(arm, function, message):
     """By what they return."""
     with pytest.raises(RegionError, match=message):
-        options = replace(FAST, parameterization=function)
-        iris_zo(arm, ball([0.0, 0.0]), DOMAIN, options)
+        iris_zo(arm, ball([0.0, 0.0]), DOMAIN, replace(FAST, parameterization=function))
 
 
 def test_parameterizations_are_for_one_region_alone(arm):

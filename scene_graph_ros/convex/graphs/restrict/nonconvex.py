@@ -70,8 +70,8 @@ def with_functions(
             break
     if least[0] and least[1] <= _ACCEPTED:
         raise SolverError(
-            f"GraphOfConvexSets.solve_convex_restriction: the points of a path of {len(path)} edges"
-            f" keep all constraints, but none of {_TRIALS} searches ended at a local optimum"
+            f"GraphOfConvexSets.solve_convex_restriction: the points of a path of {len(path)}"
+            f" edges keep all constraints, but none of {_TRIALS} searches ended at a local optimum"
         )
     return best
 
