@@ -20,9 +20,9 @@ def compute_collision_avoidance_displacement(
 ) -> NDArray[np.float64]:
     """Return a displacement ``(nq,)`` that increases padded distances at q ``(nq,)``.
 
-    It is the sum over all pairs nearer than ``max_clearance`` of the distance's gradient by q,
-    with a weight that grows linearly from 0 at ``max_clearance`` to 1 at ``max_penetration`` and below,
-    both in m, the latter at most 0. To be followed in small steps; zero where nothing is near, and
+    It is the sum over all pairs nearer than ``max_clearance`` of the distance's gradient by q. Its
+    weight grows linearly from 0 at ``max_clearance`` to 1 at ``max_penetration`` and below, both
+    in m, the latter at most 0. To be followed in small steps; zero where nothing is near, and
     where gradients cancel each other. A quaternion has to be normalized after a step.
 
     Raises CollisionCheckerError for other numbers, and KinematicTreeError for a bad q.

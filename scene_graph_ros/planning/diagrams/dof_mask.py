@@ -88,11 +88,11 @@ class DofMask:
         return DofMask(~self.selected)
 
     def union(self, other: DofMask) -> DofMask:
-        """Return those that are in one or both. Raises CollisionCheckerError for another size."""
+        """Return those that are in one or both. Raises CollisionCheckerError for other sizes."""
         return DofMask(self.selected | self._same(other, "union").selected)
 
     def intersect(self, other: DofMask) -> DofMask:
-        """Return those that are in both. Raises CollisionCheckerError for another size."""
+        """Return those that are in both. Raises CollisionCheckerError for other sizes."""
         return DofMask(self.selected & self._same(other, "intersect").selected)
 
     def subtract(self, other: DofMask) -> DofMask:

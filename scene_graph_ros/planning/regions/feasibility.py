@@ -42,7 +42,7 @@ class Feasibility:
         threads: int = 1,
         parameterization: Callable[[NDArray[np.float64]], Any] | None = None,
     ) -> None:
-        """Take what has ``check_configs_collision_free``, and what was checked."""
+        """Take an object with ``check_configs_collision_free``, and the checked options."""
         self.parameterization = parameterization
         self.checker, self.obstacles, self.constraints = checker, tuple(obstacles), constraints
         self.threads = threads
@@ -124,7 +124,7 @@ def _meets_segment(obstacle: ConvexSet, q1: NDArray[np.float64], q2: NDArray[np.
 def feasibility_of_share(
     asked: CollisionChecker | PackedChecker, options: Any, threads: int
 ) -> Feasibility:
-    """Return what a share takes for free."""
+    """Return the predicate of one worker."""
     checker: Any = asked.unpacked() if isinstance(asked, PackedChecker) else asked
     return Feasibility(
         checker,
@@ -150,7 +150,7 @@ def checked_obstacles(obstacles: Any, dimension: int) -> tuple[ConvexSet, ...]:
 
 
 def checked_constraints(constraints: Any) -> Constraints | None:
-    """Return constraints, or None. Raises RegionError for what cannot be called."""
+    """Return constraints, or None. Raises RegionError for objects that cannot be called."""
     if constraints is not None and not callable(constraints):
         raise RegionError(
             f"additional_constraints must be a function, or None, not {quoted(constraints)}"
