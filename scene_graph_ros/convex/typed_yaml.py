@@ -99,7 +99,7 @@ def _fields_of(value: Any, label: str) -> dict[str, Any]:
 
 
 def _plain(value: Any, label: str) -> Any:
-    """Return what YAML can have of the value of a field."""
+    """Return the value of a field as YAML has it."""
     if value is None or isinstance(value, (bool, int, float, str)):
         return value
     if isinstance(value, np.ndarray | np.generic):

@@ -99,23 +99,25 @@ class DofMask:
         """Return those that aren't in another. Raises as `union`."""
         return DofMask(self.selected & ~self._same(other, "subtract").selected)
 
-    def get_from_array(self, full: ArrayLike) -> NDArray[np.float64]:
+    def get_from_array(self, full_array: ArrayLike) -> NDArray[np.float64]:
         """Return the selected entries ``(..., count)`` of arrays ``(..., n)``."""
-        return _numbers(full, self.size, "get_from_array: full")[..., self.selected]
+        return _numbers(full_array, self.size, "get_from_array: full_array")[..., self.selected]
 
-    def set_in_array(self, values: ArrayLike, full: ArrayLike) -> NDArray[np.float64]:
-        """Return arrays ``(..., n)`` as given, but with other selected entries ``(..., count)``."""
-        result = _numbers(full, self.size, "set_in_array: full").copy()
-        given = _numbers(values, self.count, "set_in_array: values")
+    def set_in_array(
+        self, selected_values: ArrayLike, full_array: ArrayLike
+    ) -> NDArray[np.float64]:
+        """Return arrays ``(..., n)`` with other selected entries ``(..., count)``."""
+        result = _numbers(full_array, self.size, "set_in_array: full_array").copy()
+        given = _numbers(selected_values, self.count, "set_in_array: selected_values")
         if given.shape[:-1] not in ((), result.shape[:-1]):
             raise CollisionCheckerError(
-                f"DofMask.set_in_array: values {given.shape} don't go into {result.shape}"
+                f"DofMask.set_in_array: selected_values {given.shape} don't go into {result.shape}"
             )
         result[..., self.selected] = given
         return result
 
     def get_selected_to_full_index(self) -> NDArray[np.intp]:
-        """Return where the selected ones are among all, ``(count,)``."""
+        """Return the indices of the selected ones among all, ``(count,)``."""
         return np.flatnonzero(self.selected)
 
     def get_full_to_selected_index(self) -> list[int | None]:

@@ -90,7 +90,7 @@ class GcsTrajectoryOptimization(AllSubgraphs):
         return self._graph
 
     def estimate_complexity(self) -> int:
-        """Return how often variables appear in all costs and constraints of regions and edges.
+        """Return the number of variables' appearances in all costs and constraints.
 
         Sets' own rows are not counted: for about how large the program is, and whether it grew.
         """

@@ -71,9 +71,11 @@ def test_other_sizes_are_refused():
             CollisionCheckerError, match=f"{question}: other must be a DofMask of 2"
         ):
             getattr(mask, question)(DofMask([True]))
-    with pytest.raises(CollisionCheckerError, match="get_from_array: full must be numbers"):
+    with pytest.raises(CollisionCheckerError, match="get_from_array: full_array must be numbers"):
         mask.get_from_array([1.0, 2.0, 3.0])
-    with pytest.raises(CollisionCheckerError, match="set_in_array: values must be numbers"):
+    with pytest.raises(
+        CollisionCheckerError, match="set_in_array: selected_values must be numbers"
+    ):
         mask.set_in_array([1.0, 2.0], [0.0, 0.0])
     with pytest.raises(CollisionCheckerError, match="don't go into"):
         mask.set_in_array(np.ones((3, 1)), np.zeros((2, 2)))

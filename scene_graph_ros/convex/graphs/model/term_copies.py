@@ -32,7 +32,7 @@ def _of(affine: Affine, numbers: Mapping[int, int]) -> Affine:
 
 
 def count_appearances(term: Any, count: int) -> int:
-    """Return how often variables are in a cost or constraint; ``count`` times in a function."""
+    """Return the number of variables' appearances in a term; ``count`` of a function."""
     if isinstance(term, Cost):
         return sum(_nonzeros(each) for each in (term.rest, *(atom.of for atom in term.atoms)))
     if isinstance(term, Constraint):
