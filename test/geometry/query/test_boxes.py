@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from soft_bodies import other_configuration, soft_instance, WORLD
 
 from scene_graph_ros.geometry import (
     Box,
@@ -91,6 +92,21 @@ def test_hulls_and_clouds_are_in_the_boxes_of_their_points():
     assert query.compute_aabb_in_world(ids[3]) is None
     lower[:] = 0.0
     assert query.compute_aabb_in_world(ids[1])[0].any()
+
+
+def test_deformable_geometries_have_the_box_of_their_vertices():
+    """Where these are now."""
+    graph = SceneGraph()
+    source = graph.register_source("s")
+    pad = graph.register_deformable_geometry(source, WORLD, soft_instance())
+    context = graph.create_default_context()
+    query = graph.query_object(context)
+    lower, upper = query.compute_aabb_in_world(pad)
+    np.testing.assert_allclose([lower, upper], [[-0.1] * 3, [0.1] * 3], atol=1e-15)
+    q_WG = other_configuration(context, pad)
+    context.set_configurations(source, {pad: q_WG})
+    found = query.compute_aabb_in_world(pad)
+    np.testing.assert_array_equal(found, [q_WG.min(axis=0), q_WG.max(axis=0)])
 
 
 def test_what_has_no_role_or_is_unknown_is_refused():

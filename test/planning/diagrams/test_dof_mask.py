@@ -67,9 +67,7 @@ def test_other_sizes_are_refused():
     """Of masks and of arrays."""
     mask = DofMask([True, False])
     for question in ("union", "intersect", "subtract"):
-        with pytest.raises(
-            CollisionCheckerError, match=f"{question}: other must be a DofMask of 2"
-        ):
+        with pytest.raises(CollisionCheckerError, match="other must be a DofMask of 2"):
             getattr(mask, question)(DofMask([True]))
     with pytest.raises(CollisionCheckerError, match="get_from_array: full_array must be numbers"):
         mask.get_from_array([1.0, 2.0, 3.0])
