@@ -46,12 +46,10 @@ class SensedLens(NamedTuple):
 def depth_from_msg(msg: Image, most: int) -> DepthImage:
     """Return the depths of a message, copied: 16UC1 in mm with 0 for none, or 32FC1 in m.
 
-    Raises MessageError for another encoding, a stamp of 0 or that is no time, no pixels or more
-    than ``most``, and rows that overlap or are not there.
+    Raises MessageError for another encoding, a stamp that is no time, no pixels or more than
+    ``most``, and rows that overlap or are not there.
     """
     stamp_ns = checked_stamp_from_msg(msg.header.stamp)
-    if stamp_ns == 0:
-        raise MessageError("Image has no stamp, so nobody knows where its camera was")
     kind = _ENCODINGS.get(msg.encoding)
     if kind is None:
         known = ", ".join(_ENCODINGS)

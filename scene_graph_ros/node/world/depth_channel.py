@@ -107,7 +107,7 @@ class DepthChannel(BoundedChannel[SourceClouds]):
     ) -> tuple[_Verdict, Kept | None]:
         """Apply an image, or return it to wait."""
         try:
-            read = kept if isinstance(kept, _Read) else self._read_image(kept)
+            read = kept if isinstance(kept, _Read) else self._read_image(kept, limits.now)
             verdict = self._look(read.image, clouds, limits)
         except NoCloudError as error:
             self.intake.fault(Fault.UNKNOWN_GEOMETRY, "", str(error))
@@ -119,10 +119,13 @@ class DepthChannel(BoundedChannel[SourceClouds]):
             return verdict, read if verdict is _Verdict.WAITS else None
         return _Verdict.DROPPED, None
 
-    def _read_image(self, kept: Kept) -> _Read:
+    def _read_image(self, kept: Kept, now: int) -> _Read:
+        """Read an image; one without a stamp is of now, as other messages are."""
         most = self._most_points * self._settings.step**2
         message = self._read(kept.data, most_bytes(1) + _BYTES_PER_PIXEL * most)
         image = depth_from_msg(message, most)
+        if image.stamp_ns == 0:
+            image = image._replace(stamp_ns=now)
         return _Read(b"", kept.arrival, kept.is_static, image)
 
     def _look(self, image: DepthImage, clouds: SourceClouds, limits: TimeLimits) -> _Verdict:
