@@ -247,6 +247,8 @@ class Replay:
             for name, noun in sorted(self._channels, key=_in_order):
                 channel, record = self._channels[name, noun], world.records.get(name)
                 find, changed = targets.get(noun, (world.frames, moved))
+                if noun == DEPTH_IMAGES:
+                    world.note_poses()
                 if apply_kept(channel, record, partial(find, name), told) is not None:
                     changed.add(name)
                 if noun == DEPTH_IMAGES and name in world.clouds:

@@ -83,7 +83,10 @@ class SeenPoints:
 
     def since(self, stamp: int) -> SeenPoints:
         """Return the points that were seen at a time, ns, or later."""
-        kept = self.stamps >= stamp
+        return self.only(self.stamps >= stamp)
+
+    def only(self, kept: NDArray[np.bool_]) -> SeenPoints:
+        """Return the points that are marked ``(n,)``, the same object for all."""
         if kept.all():
             return self
         return SeenPoints(self.p_WPs[kept], self.radii[kept], self.stamps[kept])

@@ -22,6 +22,7 @@ from scene_graph_ros.geometry.shapes.half_space import HalfSpace
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.mesh import Mesh
 from scene_graph_ros.geometry.spatial.poses import compose, inverse
+from scene_graph_ros.geometry.spatial.sums import moved
 
 __all__ = ["Body", "SelfFilter"]
 
@@ -97,6 +98,16 @@ class SelfFilter:
         for body in self._bodies:
             X_WB = compose(self._X_WF[body.frame], body.X_FG)
             yield body.center, body.half + padding, compose(inverse(X_WB), X_WC)
+
+    def near(self, p_WPs: FloatArray, padding: float) -> NDArray[np.bool_]:
+        """As `has`, for many points of which few are near: those in no body's box are not."""
+        near = np.zeros(len(p_WPs), np.bool_)
+        for center, half, X_BW in self.boxes(np.eye(4), padding):
+            near |= (np.abs(moved(p_WPs, X_BW) - center) <= half).all(axis=1)
+        rows = np.flatnonzero(near)
+        if len(rows):
+            near[rows] = self.has(p_WPs[rows], padding)
+        return near
 
     def has(self, p_WPs: FloatArray, padding: float) -> NDArray[np.bool_]:
         """Tell for points ``(n, 3)`` whether they are within ``padding``, m, of a body."""

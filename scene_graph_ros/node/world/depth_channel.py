@@ -159,7 +159,7 @@ class DepthChannel(BoundedChannel[SourceClouds]):
                 f" {lens.height}",
             )
         try:
-            X_WF = state.surroundings.place((optical.frame, *state.own.frames), stamp)
+            X_WF = state.surroundings.place((optical.frame, *state.filters[0].frames), stamp)
         except NotYetError as error:
             return self._wait(Fault.NO_POSES, stamp, limits, f"an image waits in vain: {error}")
         except PastError as error:

@@ -54,27 +54,31 @@ class Surroundings:
     place: Callable[[Iterable[FrameId], int], Mapping[FrameId, NDArray[np.float64]]]
     """Returns ``X_WF`` of frames at a time, ns; raises NotYetError and PastError."""
 
-    def bodies(self, names: Iterable[str] | None) -> list[GeometryId]:
+    def bodies(self, names: Iterable[str] | None) -> tuple[list[GeometryId], list[GeometryId]]:
         """Return the geometries that are taken out of images: those of sources, and their load.
 
-        Without names those of all robots; what hangs on their frames goes with them. A source
-        that is gone has none.
+        Without names those of all robots; their load is what hangs on their frames. A source that
+        is gone has none.
         """
         inspector, sources = self.inspector, self.sources
         if names is None:
             taken = set(self.robots)
         else:
             taken = {sources[name] for name in names if name in sources}
-        world, found = inspector.world_frame_id(), []
+        world = inspector.world_frame_id()
+        own: list[GeometryId] = []
+        load: list[GeometryId] = []
         for geometry in inspector.get_all_geometry_ids(Role.PROXIMITY):
             frame = inspector.get_frame_id(geometry)
-            is_taken = inspector.get_owning_source_id(geometry) in taken
-            while frame != world and not is_taken:
-                is_taken = inspector.get_owning_source_id(frame) in taken
+            if inspector.get_owning_source_id(geometry) in taken:
+                own.append(geometry)
+                continue
+            while frame != world:
+                if inspector.get_owning_source_id(frame) in taken:
+                    load.append(geometry)
+                    break
                 frame = inspector.get_parent_frame(frame)
-            if is_taken:
-                found.append(geometry)
-        return found
+        return own, load
 
 
 @dataclass
@@ -89,7 +93,7 @@ class DepthState:
     """The points of the newest image, without the robot's."""
     stamp: int = UNSTAMPED
     """Of the newest image, ns."""
-    _own: SelfFilter | None = None
+    _filters: tuple[SelfFilter, SelfFilter] | None = None
 
     def rules(self, error: float) -> DepthRules:
         """Return which pixels are points, with the error of a depth, m."""
@@ -107,12 +111,14 @@ class DepthState:
         )
 
     @property
-    def own(self) -> SelfFilter:
-        """The bodies that are taken out of images; made with the first."""
-        if self._own is None:
+    def filters(self) -> tuple[SelfFilter, SelfFilter]:
+        """The bodies that are taken out of images, and of them the load; made with the first."""
+        if self._filters is None:
             around = self.surroundings
-            self._own = SelfFilter(around.inspector, around.bodies(self.settings.remove))
-        return self._own
+            own, load = around.bodies(self.settings.remove)
+            inspector = around.inspector
+            self._filters = SelfFilter(inspector, [*own, *load]), SelfFilter(inspector, load)
+        return self._filters
 
     def look(
         self,
@@ -124,9 +130,15 @@ class DepthState:
     ) -> Counts:
         """Take an image, with all frames where they were then; ``most`` points are kept."""
         assert self.lens is not None
-        self.own.place(X_WF)
+        own, load = self.filters
+        own.place(X_WF)
+        if load.frames:
+            # It was an obstacle until it was grasped: what was seen of it then is forgotten.
+            load.place(X_WF)
+            held = load.near(self.seen.p_WPs, self.settings.padding)
+            self.seen = self.seen.only(~held)
         X_WC = compose(X_WF[optical.frame], optical.X_FC)
-        view = DepthView.of(image.depth, self.lens.lens, X_WC, self.rules(error), self.own)
+        view = DepthView.of(image.depth, self.lens.lens, X_WC, self.rules(error), own)
         self.newest = view.points()
         self.seen, counts = self.seen.after(view, self.newest, image.stamp_ns, most)
         self.stamp = image.stamp_ns

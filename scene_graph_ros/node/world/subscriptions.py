@@ -51,6 +51,7 @@ class Subscriptions:
         A message of points has ``most_points`` at most; ``lack`` says which kernels of a group
         are missing.
         """
+        self._world = world
         self._poses = [
             PoseInputs(node, world, group, changed, noun)
             for noun in (POSES, BASE_POSES, JOINT_POSES)
@@ -84,6 +85,7 @@ class Subscriptions:
         collected = [inputs.collect(limits) for inputs in self._poses]
         deformed, arrived = self._configurations.collect(limits)
         sensed, sensed_at = self._points.collect(limits)
+        self._world.note_poses()
         self._info.collect(limits)  # moves nothing
         seen, seen_at = self._images.collect(limits)
         moved = {name for names, _ in collected for name in names}

@@ -318,13 +318,16 @@ class World:
             scene = self._scene
             for source in moved:
                 scene.context.set_frame_poses(scene.records[source].id, scene.frames[source].X_PF)
-            scene.note_poses()
             for source in deformed:
                 scene.deform(source)
             for source in sensed:
                 scene.sense(source)
             self._publish(arrival)
             return self._snapshot
+
+    def note_poses(self) -> None:
+        """Remember where all is by now, for images that are of an earlier time; hold ``lock``."""
+        self._scene.note_poses()
 
     def set_accuracy(self, accuracy: str) -> None:
         """Answer from now on at this tier; snapshots that are out keep theirs."""
