@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Sequence
 import time
 from typing import Any
@@ -16,8 +17,8 @@ from msg_adapters.trajectories import joint_trajectory_from_msg
 from scene_graph_msgs.msg import PlanHolds
 
 CAMERA = "wrist_camera"
-OLDEST = 0.4
-"""Seconds: the robot stands still while what was seen last is older."""
+AHEAD = 0.3
+"""Seconds of its trajectory that the robot goes at most beyond what the node has looked at."""
 SPEED = 0.15
 """Of the joints' velocities: a robot that looks where it goes goes slowly."""
 BACK = 0.5
@@ -31,6 +32,9 @@ class LookingPlanner(WorldPlanner):
         super().__init__(with_pictures=True)
         self._seen_at = 0
         """Stamp of the newest image whose points the node has, ns."""
+        self._sent: list[int] = []
+        self._sent_at: list[float] = []
+        """When states of the trajectory were sent, ns, and which times of it they were, s."""
         qos = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
         topic = f"{NODE}/sensed/{CAMERA}"
         self.node.create_subscription(PointCloud2, topic, self._take_points, qos)
@@ -41,9 +45,16 @@ class LookingPlanner(WorldPlanner):
         stamp = message.header.stamp
         self._seen_at = stamp.sec * 10**9 + stamp.nanosec
 
-    def _is_blind(self) -> bool:
-        """Tell whether what the node has seen is too old to move by."""
-        return self.node.get_clock().now().nanoseconds - self._seen_at > int(1e9 * OLDEST)
+    def _is_ahead(self, at: float, goal_id: bytes) -> bool:
+        """Tell whether a time of the trajectory is too far beyond what was looked at.
+
+        That is the newest image that the node has, and the newest proof of the path.
+        """
+        about = self._about(goal_id)
+        proven = about[-1].header.stamp
+        known = min(self._seen_at, proven.sec * 10**9 + proven.nanosec)
+        row = bisect_right(self._sent, known) - 1
+        return at > (self._sent_at[row] if row >= 0 else 0.0) + AHEAD
 
     def wait_for_node(self) -> None:
         """Wait until the node offers the action and listens to the robot."""
@@ -88,6 +99,7 @@ class LookingPlanner(WorldPlanner):
         names, points = joint_trajectory_from_msg(message.trajectory)
         trajectory = points.trajectory()
         self.holds_now(goal_id)
+        self._sent, self._sent_at = [], []
         reached, why = self._move(names, trajectory, 0.0, trajectory.end_time, goal_id)
         if why:
             self._move(names, trajectory, reached, max(reached - BACK, 0.0), b"")
@@ -111,10 +123,11 @@ class LookingPlanner(WorldPlanner):
             if time.monotonic() < due:
                 continue
             due = time.monotonic() + 1.0 / RATE
-            if goal_id and self._is_blind():
-                self.tell_joints(names, trajectory.value(at).tolist())  # it stands, and waits
-                continue
+            if goal_id and self._is_ahead(at, goal_id):
+                continue  # it stands, as it tells ten times a second
             q = trajectory.value(at).tolist()
+            self._sent.append(self.node.get_clock().now().nanoseconds)
+            self._sent_at.append(at)
             self.tell_joints(names, q)
             self.moments.append(q)
             if gone == abs(last - first):
