@@ -145,7 +145,7 @@ def place_points(p_CPs, mask, lens, step, X_WC, lower, upper, error, p_WPs, radi
 
 @lean_kernel
 def judge_points(p_WPs, radii, depth, mask, lens, step, X_CW, near, far, margin, verdicts):
-    """Say of each old point what an image knows of it.
+    """Write the verdict of an image on each old point.
 
     It is cleared where each ray past its ball that has a depth goes on behind the ball, by more
     than the margin, and seen again where the ray through it ends in the ball or the margin.

@@ -1,4 +1,4 @@
-"""One image of depth, at a pose: its pixels as points, and what it says of earlier points."""
+"""One image of depth, at a pose: its pixels as points, and its verdicts on earlier points."""
 
 from __future__ import annotations
 
@@ -162,7 +162,7 @@ class DepthView:
         return NewPoints(p_WPs[:count], radii[:count])
 
     def judge(self, p_WPs: FloatArray, radii: FloatArray) -> NDArray[np.uint8]:
-        """Return what this image knows of earlier points: KEPT, CLEARED or SEEN_AGAIN ``(n,)``."""
+        """Return the verdicts on earlier points: KEPT, CLEARED or SEEN_AGAIN, ``(n,)``."""
         verdicts = np.empty(len(p_WPs), np.uint8)
         rules = self.rules
         judge_points(

@@ -1,4 +1,4 @@
-"""Which points are those of a robot, or of what it holds: exact distances, with a padding."""
+"""Which points are those of a robot, or of its load: exact distances, with a padding."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Body(NamedTuple):
 class SelfFilter:
     """Geometries in a scene of their own, placed at the time of an image.
 
-    A mesh is what it is in pair queries: its convex hull or its triangles.
+    A mesh means its convex hull or its triangles, as in pair queries.
     """
 
     def __init__(self, inspector: SceneGraphInspector, geometries: Iterable[GeometryId]) -> None:

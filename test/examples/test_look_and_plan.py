@@ -1,4 +1,4 @@
-"""The example whose robot looks: paths around what was seen, none nearer to what is really there."""
+"""The example whose robot looks: paths around what was seen, and no touch of what is there."""
 
 from pathlib import Path
 import re
