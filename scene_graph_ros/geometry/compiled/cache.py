@@ -10,9 +10,9 @@ compiles only what depends on it. This folder counts for all, since a kernel may
 lanes that its module does not import; of named tuples the fields are part of what a kernel is
 kept by.
 
-An installation may bring kernels along (`kernel_packs`); what is not there comes from the user's
+An installation may bring kernels along (`kernel_packs`); all others come from the user's
 cache. Where that can't be written, or others may write to it, kernels are compiled anew in each
-process, and what is damaged in it is compiled anew once, with one warning.
+process, and a damaged one is compiled anew once, with one warning.
 
 Set ``SCENE_GRAPH_ROS_KERNEL_CACHE`` to place the cache elsewhere than the user's cache folder.
 """
@@ -77,7 +77,7 @@ _CALLEE = "for callers"
 
 
 def is_for_callers(key: Any) -> bool:
-    """Tell whether what is kept below a key has no machine code, which only Python asks for."""
+    """Tell whether a key is of bitcode alone, without the machine code that Python asks for."""
     return bool(key[-1] == _CALLEE)
 
 
@@ -108,7 +108,7 @@ def cache_problem() -> str:
 
 
 def _why_not_trusted(*folders: Path) -> str:
-    """Say which of the cache's folders may hold others' code, which would run as the user."""
+    """Name a cache's folder that may hold others' code, which would run as the user."""
     for folder in folders:
         try:
             problem = why_not_trusted(folder.stat())
@@ -181,10 +181,10 @@ def _fields(given: Any) -> list[Any]:
 
 
 def _held_by(function: Any) -> list[Any]:
-    """List what a function holds of the function around it: kernels and other values.
+    """List the values that a function holds of the function around it: kernels and other values.
 
     Numba pickles that, and a pickled kernel is another one in each process. Here a kernel is told
-    by its name, by what its module depends on, which the other's need not import, and by what it
+    by its name, by its module's dependencies, which the other's need not import, and by those it
     holds itself.
     """
     held: list[Any] = []
@@ -213,7 +213,7 @@ def name_by_what_it_holds(function: Any) -> None:
 
 
 _writer: list[Callable[[Callable[[], None]], object]] = [lambda write: write()]
-"""The last one is handed what writes a kernel."""
+"""The last one takes a function that writes a kernel."""
 
 
 @contextlib.contextmanager
@@ -264,7 +264,7 @@ class KernelCache(caching.FunctionCache):
         self._save(sig, data, (), lambda: lean_code(self._impl.reduce(data)))
 
     def save_callee(self, sig: Any, data: Any) -> None:
-        """Keep what callers are compiled with."""
+        """Keep the bitcode of a kernel, for its callers."""
         self._save(sig, data, (_CALLEE,), lambda: lean_callee(data))
 
     def _save(
@@ -303,7 +303,7 @@ class KernelCache(caching.FunctionCache):
         return self._load_kept(sig, target_context) if found is None else found
 
     def _load_packed(self, sig: Any, target_context: Any) -> Any:
-        """Load what the installation brings along; None where that can't be."""
+        """Load the installation's machine code; None where that can't be."""
         pack = _pack()
         module = self._py_func.__module__
         if pack is None or pack.is_damaged or not is_of_package(module):
@@ -329,7 +329,10 @@ class KernelCache(caching.FunctionCache):
         return None if data is None else self._read(key, lambda: rebuild(target_context, data))
 
     def load_callee(self, sig: Any, target_context: Any) -> Any:
-        """Load what callers are compiled with from the user's cache, or None."""
+        """Load the bitcode that callers are compiled with from the user's cache, or None.
+
+        After None no other process compiles the kernel until `release`.
+        """
         found = self._load_callee(sig, target_context)
         if found is None and self._claim(sig, _CALLEE):
             found = self._load_callee(sig, target_context)
@@ -354,7 +357,7 @@ class KernelCache(caching.FunctionCache):
         return True
 
     def release(self) -> None:
-        """Let others compile what this process has claimed, and has kept or has not."""
+        """Let other processes compile the kernels that this one has claimed, kept or not."""
         while self._claims:
             _writer[-1](functools.partial(give_up, self._claims.pop()))
 
@@ -371,7 +374,7 @@ class KernelCache(caching.FunctionCache):
         return None
 
     def _read(self, key: Any, read: Callable[[], Any]) -> Any:
-        """Return what ``read`` finds below a key; None where it can't be had."""
+        """Return the value that ``read`` finds below a key; None where it can't be had."""
         try:
             return read() if self._is_trusted() else None
         except OSError as error:
@@ -389,7 +392,7 @@ class KernelCache(caching.FunctionCache):
             _warn_of(error)
 
     def _is_trusted(self) -> bool:
-        """Tell whether what is in the folder is the user's, and of these sources; warn if not."""
+        """Tell whether the folder's files are the user's, and of these sources; warn if not."""
         try:
             problem = _why_not_trusted(cache_root(), Path(self._cache_path))
             problem = problem or _why_not_current(self._py_func)
@@ -401,7 +404,7 @@ class KernelCache(caching.FunctionCache):
         return not problem
 
     def _key(self, sig: Any) -> Any:
-        """Return what one of the function's kernels is told by, beside the processor."""
+        """Return the key of one of the function's kernels, beside the processor."""
         arguments, _ = sigutils.normalize_signature(sig)
         code = hashlib.sha256(self._py_func.__code__.co_code).hexdigest()
         held = repr(_held_by(self._py_func))
@@ -409,7 +412,7 @@ class KernelCache(caching.FunctionCache):
 
 
 def _why_not_current(function: Any) -> str:
-    """Say which source of a kernel may be another than the one that this process imported.
+    """Name a source of a kernel that may be another than the one that this process imported.
 
     Folders are named by sources as they are when a kernel is first asked for.
     """

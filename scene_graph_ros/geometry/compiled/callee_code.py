@@ -14,13 +14,13 @@ from typing import Any, NamedTuple
 from numba.core import compiler, event, typing
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler_lock import global_compiler_lock
-from numba.core.dispatcher import _FunctionCompiler
+from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
 
 __all__ = ["CalleeLibrary", "Callees", "EntryPoint", "Kept", "link_environments"]
 
 
 class EntryPoint:
-    """What numba tells a kernel by in the code of its callers."""
+    """The key by which numba finds a kernel that is called from compiled code."""
 
 
 class CalleeLibrary(JITCodeLibrary):
@@ -60,7 +60,7 @@ class _CalleeCompiler(_FunctionCompiler):
 
 
 class Kept(NamedTuple):
-    """What the kernels of a function are kept by."""
+    """The functions that keep a function's kernels."""
 
     has_bitcode: Callable[[Any], bool]
     """Whether callers can be compiled with a kernel that Python calls."""
@@ -74,7 +74,7 @@ class Callees:
     """The kernels of one function that its callers are compiled with, by types of arguments."""
 
     def __init__(self, dispatcher: Any, kept: Kept) -> None:
-        """Take what is kept, and keep what is compiled."""
+        """Take the kept kernels of a dispatcher, and keep those that are compiled."""
         self._dispatcher, self._kept = dispatcher, kept
         self.results: dict[tuple[Any, ...], Any] = {}
         """As numba describes them."""
@@ -87,7 +87,7 @@ class Callees:
         )
 
     def call_template(self, args: Any, kws: Any) -> Any:
-        """Return what numba wants to know of a call with arguments of these types."""
+        """Return numba's template of a call with arguments of these types."""
         signature, folded = self._compiler.fold_argument_types(args, kws)
         self.require(tuple(folded))
         name = self._dispatcher.py_func.__name__
@@ -95,7 +95,7 @@ class Callees:
         return typing.make_concrete_template(name, name, known), signature, folded, {}
 
     def entry_point(self, args: Any) -> Any:
-        """Return what a kernel for these types is told by."""
+        """Return the key by which numba finds the kernel for these types."""
         return self.results[tuple(args)].entry_point
 
     def require(self, args: tuple[Any, ...]) -> None:
@@ -130,6 +130,6 @@ class Callees:
 
 
 def link_environments(result: Any) -> None:
-    """Give what was compiled the environments of all kernels that were merged into it."""
+    """Give a compiled kernel the environments of all kernels that were merged into it."""
     for environment in result._find_referenced_environments():
         result.library.codegen.set_env(environment.env_name, environment)

@@ -16,8 +16,8 @@ import time
 __all__ = ["claim", "give_up"]
 
 PATIENCE = 120.0
-"""Seconds after which a process compiles what another one has not kept by then, such as one that
-is stopped in a debugger."""
+"""Seconds after which a process compiles a kernel that another one has not kept by then, such as
+one that is stopped in a debugger."""
 _POLL = 0.02
 _FORMAT = "hhqqi4x"  # C's struct flock
 _LOCK = getattr(fcntl, "F_OFD_SETLK", None)

@@ -51,7 +51,7 @@ def _prepare_for_callers(dispatcher: Any, cache: KernelCache) -> None:
 
 
 def _prepare_for_python(dispatcher: Any, cache: KernelCache) -> None:
-    """Have calls from Python compiled by one process at a time, whatever signal comes."""
+    """Have calls from Python compiled by one process at a time, in spite of signals."""
     add, compile_for = dispatcher.add_overload, dispatcher.compile
 
     def add_overload(result: Any) -> None:

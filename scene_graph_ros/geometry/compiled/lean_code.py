@@ -1,4 +1,4 @@
-"""Machine code of a kernel without what only callers need that are compiled anew.
+"""Machine code of a kernel without the parts for callers that are compiled anew.
 
 Numba keeps three things of a kernel: its machine code, its bitcode, from which it is merged into
 whoever calls it from compiled code, and its annotated source. The bitcode is twice as large as the
@@ -25,7 +25,7 @@ LeanCode = dict[str, Any]
 
 
 def lean_code(reduced: tuple[Any, ...]) -> tuple[LeanCode, bytes]:
-    """Divide what numba would keep of a kernel into what a call from Python needs, and bitcode."""
+    """Divide numba's data of a kernel into the part for calls from Python, and bitcode."""
     (name, _, (machine_code, bitcode)), fndesc, environment, signature, *rest = reduced
     objectmode, lifted, _, reload_init, referenced_envs = rest
     assert not objectmode
@@ -95,7 +95,7 @@ def has_bitcode(result: CompileResult) -> bool:
 def rebuild(target_context: Any, kept: LeanCode) -> CompileResult:
     """Return a kernel of kept code, which Python may call.
 
-    Raises whatever numba and LLVM raise for what is no such code.
+    Raises the errors of numba and LLVM for other data.
     """
     _prepare(target_context, kept["symbols"])
     library = _LeanLibrary(target_context.codegen(), kept)
