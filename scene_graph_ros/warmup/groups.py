@@ -41,7 +41,7 @@ GROUPS: dict[str, KernelGroup] = {
         KernelGroup(
             MAIN,
             "all shapes, poses, contacts and distances",
-            1080,
+            850,
             (
                 f"{_HERE}.main_job:find_pairs",
                 f"{_HERE}.main_job:measure_points",
@@ -64,8 +64,9 @@ GROUPS: dict[str, KernelGroup] = {
             (f"{_HERE}.deformable:find_deformable_contact",),
         ),
         KernelGroup("clouds", "clouds of points", 40, (f"{_HERE}.clouds:ask_about_clouds",)),
+        KernelGroup("sensing", "images of depth", 10, (f"{_HERE}.sensing:look_at_an_image",)),
         KernelGroup(
-            "cameras", "images of cameras", 70, (f"{_HERE}.cameras:render_images",), is_apart=True
+            "cameras", "images of cameras", 65, (f"{_HERE}.cameras:render_images",), is_apart=True
         ),
         KernelGroup(
             "convex", "convex sets", 220, (f"{_HERE}.convex_sets:ask_convex_sets",), is_apart=True
