@@ -48,7 +48,7 @@ class Judge:
 
 
 def step_positions(q, present, velocity, dt, samples):
-    """Return positions during a step, ``(2 samples, nq)``: with the velocity at once, and evenly."""
+    """Return positions during a step, ``(2 samples, nq)``, both at once and evenly."""
     t = (dt * np.arange(1, samples + 1) / samples)[:, np.newaxis]
     at_once = q + t * velocity
     evenly = q + t * present + t * t / (2.0 * dt) * (velocity - present)

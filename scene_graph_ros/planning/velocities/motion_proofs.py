@@ -13,6 +13,8 @@ from scene_graph_ros.planning.edges.edge_stretches import EdgeRules, FREE
 from scene_graph_ros.planning.pairs.bodies import CheckedTables, PairTable
 from scene_graph_ros.planning.pairs.check_kernels import NO_PAIR
 from scene_graph_ros.planning.pairs.checker_plan import CheckerPlan
+from scene_graph_ros.planning.pairs.clearance_kernels import near_distances
+from scene_graph_ros.planning.pairs.near_pairs import NearDesk, NearPairs
 from scene_graph_ros.planning.pairs.static_tree import no_nodes
 from scene_graph_ros.planning.velocities.moving_kernels import (
     closing_rates,
@@ -22,7 +24,7 @@ from scene_graph_ros.planning.velocities.moving_kernels import (
     prove_moving,
 )
 from scene_graph_ros.planning.velocities.moving_obstacles import MovingObstacles
-from scene_graph_ros.planning.velocities.reach_kernels import pair_reaches
+from scene_graph_ros.planning.velocities.reach_kernels import pair_reaches, set_influences
 
 __all__ = ["MotionProofs", "NearBy"]
 
@@ -57,20 +59,59 @@ class MotionProofs:
         self._joints = np.zeros((len(plan.tree.table.kinds), 3))
         self._proof = EdgeProofs(np.empty(1, np.int64), np.empty((1, 4)), np.empty(1, np.int64))
         self._stop = np.array([0, _MOST_LOOKS], dtype=np.int64)
-        pairs, robots = plan.pairs, len(plan.bodies.joints)
-        a, b = pairs.bodies.T
-        # Against what stands still a body's reach is the same for all pairs.
-        _, first = np.unique(np.where(b < robots, len(pairs.bodies) + np.arange(len(b)), a),
-                             return_index=True)  # fmt: skip
-        self._outlines = self._checked._replace(pairs=_chosen(pairs, first))
-        self._ways = np.empty(len(first))
+        pairs = plan.pairs
+        self._none = _chosen(pairs, np.empty(0, dtype=np.int64))
+        self._influences = np.empty(len(pairs.bodies))
+        self._both_joints = np.zeros((2, *self._joints.shape))
+        # What the desk reads of paddings is written anew at each tick.
+        self._paddings, self._most = pairs.paddings.copy(), pairs.most_paddings.copy()
+        wide = pairs._replace(paddings=self._paddings, most_paddings=self._most)
+        self._desk = NearDesk(plan._replace(pairs=wide))
+        self._radii = plan.bodies.radii[pairs.bodies].sum(axis=1)
+        self._still = np.zeros(len(plan.bodies.rows))
 
-    def largest_reach(
-        self, q: NDArray[np.float64], changes: NDArray[np.float64]
-    ) -> float:
-        """Return how much nearer any pair comes at most where positions change by so much, m."""
-        low, high = q - changes, q + changes
-        return pair_reaches(self._outlines, low, high, changes, self._joints, self._ways)
+    def near_pairs(
+        self,
+        q: NDArray[np.float64],
+        way: NDArray[np.float64],
+        beside: NDArray[np.float64],
+        rules: tuple[float, float, float],
+        obstacles: MovingObstacles | None,
+    ) -> NearPairs:
+        """Return the pairs that a motion may bring too near, with their distances now.
+
+        It goes from q along ``way``, or up to ``beside`` it, ``(nq,)`` all; see
+        ``set_influences`` for the rules.
+        """
+        plan, desk = self._plan, self._desk
+        changes = np.abs(way) + beside
+        every = np.stack([changes, beside, q - changes, q + changes])
+        fastest = self._still
+        if obstacles is not None:
+            fastest = np.zeros(len(fastest))
+            table = obstacles.table
+            fastest[table.bodies] = table.fastest + table.bounds
+        edge, influences = np.stack([q, q + way]), self._influences
+        set_influences(
+            self._checked,
+            self._none,
+            edge,
+            every,
+            rules,
+            fastest,
+            self._both_joints,
+            influences,
+            self._scratch,
+        )
+        np.add(plan.pairs.paddings, influences, out=self._paddings)
+        np.add(self._radii, self._paddings, out=desk.table.reaches)
+        self._most[:] = plan.pairs.most_paddings + influences.max(initial=0.0)
+        near_distances(desk.shapes, desk.written, q[np.newaxis], 0.0, desk.count)
+        table, count = desk.table, desk.count.item()
+        rows = table.rows[:count].copy()
+        jacobians = table.gradients[:count].copy()
+        jacobians[:, plan.other_positions] = 0.0
+        return NearPairs(rows, table.distances[:count] + influences[rows], jacobians, plan)
 
     def near_by(self, rows: NDArray[np.int64], obstacles: MovingObstacles | None) -> NearBy:
         """Return the tables of pairs ``(k,)``."""
@@ -88,8 +129,10 @@ class MotionProofs:
         self, near: NearBy, q: NDArray[np.float64], way: NDArray[np.float64],
         changes: NDArray[np.float64],
     ) -> NDArray[np.float64]:  # fmt: skip
-        """Return how much nearer pairs come, ``(k,)`` m, where positions are up to ``changes``
-        beside an edge from q that is ``way`` long."""
+        """Return how much nearer pairs come, ``(k,)`` m, on account of ``changes`` ``(nq,)``.
+
+        Positions are on an edge that leads from q by ``way`` ``(nq,)``, or beside it.
+        """
         ways, more = np.empty(len(near.rows)), np.abs(way) + changes
         pair_reaches(near.checked, q - more, q + more, changes, self._joints, ways)
         return ways

@@ -129,8 +129,10 @@ def _place_moving(bodies, moving, i, t, places, k):
 
 @inlined_kernel
 def _obstacle_along(bodies, moving, i, t, places, k, n):
-    """Return the speed of a moving body's centre along n at a time, how much that of its points
-    differs, and how much any point accelerates."""
+    """Return the speed of a moving body's centre along n at a time, and what else is needed.
+
+    That is how much the speed of its points differs, and how much any point accelerates.
+    """
     b, twist, origin = moving.bodies[i], moving.twists[i], moving.origins[i]
     wx, wy, wz = twist[0], twist[1], twist[2]
     x = places.centers[b, 0, k] - origin[0] - t * twist[3]
@@ -264,7 +266,9 @@ def prove_moving(checked, moving, edge, profile, tolerance, scratch, waiting):
                     continue
                 if found == -1 or high - low <= _SHORTEST * end:
                     return p
-                if not (_put(waiting, counts, low, middle) and _put(waiting, counts, middle, high)):
+                if not (
+                    _put(waiting, counts, low, middle) and _put(waiting, counts, middle, high)
+                ):
                     return p
                 break
     return NO_PAIR

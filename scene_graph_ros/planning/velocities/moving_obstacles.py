@@ -94,15 +94,18 @@ class ObstacleFrames:
             bounds,
             np.empty(0, dtype=np.int64),
         )
-        return MovingObstacles(table, known.row_of_body, float((fastest + bounds).max(initial=0.0)))
+        return MovingObstacles(
+            table, known.row_of_body, float((fastest + bounds).max(initial=0.0))
+        )
 
     def _bodies_on(self, frames: tuple[FrameId, ...]) -> _Bodies:
         """Return the bodies on frames. Raises SafeVelocityError for one that has none."""
         numbers = {}
         for i, frame in enumerate(frames):
-            if not isinstance(frame, FrameId) or int(frame) not in self._known:
+            number = _value(frame)
+            if number not in self._known:
                 raise SafeVelocityError(self._unknown(frame))
-            numbers[int(frame)] = i
+            numbers[number] = i
         bodies = self._plan.bodies
         found = [
             (self._robots + row, next(numbers[each] for each in chain if each in numbers))
@@ -121,11 +124,17 @@ class ObstacleFrames:
         return _Bodies(frames, rows, frame_of, X_WG, origins, reaches, row_of_body)
 
     def _unknown(self, frame: object) -> str:
-        ids = {int(each) for each in self._inspector.get_all_frame_ids()}
-        if isinstance(frame, FrameId) and int(frame) in ids:
-            path = self._inspector.get_path(frame)
-            return f"obstacles: no geometry that is checked, and around the robots, is on {path!r}"
-        return f"obstacles: {quoted(frame)} is no frame of the scene"
+        ids = {int(each): each for each in self._inspector.get_all_frame_ids()}
+        found = ids.get(_value(frame))
+        if found is None:
+            return f"obstacles: {quoted(frame)} is no frame of the scene"
+        path = self._inspector.get_path(found)
+        return f"obstacles: no geometry that is checked, and around the robots, is on {path!r}"
+
+
+def _value(frame: object) -> int:
+    """Return the value of a frame's id, -1 for what is none."""
+    return int(frame) if isinstance(frame, FrameId) else -1
 
 
 def _velocity(

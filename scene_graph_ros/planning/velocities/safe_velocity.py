@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -11,12 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.model.ids import FrameId
 from scene_graph_ros.geometry.one_line import one_line
-from scene_graph_ros.geometry.quoting import quoted
-from scene_graph_ros.geometry.real_arrays import real_array
-from scene_graph_ros.geometry.reals import as_float
+from scene_graph_ros.planning.checker.checker_interface import one_configuration
 from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
 from scene_graph_ros.planning.pairs.check_kernels import NO_PAIR
-from scene_graph_ros.planning.pairs.near_pairs import near_pairs_at, NearPairs
+from scene_graph_ros.planning.pairs.near_pairs import NearPairs
 from scene_graph_ros.planning.velocities.errors import SafeVelocityError
 from scene_graph_ros.planning.velocities.motion_proofs import MotionProofs, NearBy
 from scene_graph_ros.planning.velocities.moving_kernels import Profile
@@ -27,6 +24,10 @@ from scene_graph_ros.planning.velocities.nearest_velocity import (
     NearestVelocity,
 )
 from scene_graph_ros.planning.velocities.safe_step import DistantPair, SafeStep
+from scene_graph_ros.planning.velocities.velocity_arguments import (
+    number_from,
+    VelocityArguments,
+)
 from scene_graph_ros.planning.velocities.velocity_box import (
     joint_limits,
     leaves_limits,
@@ -52,10 +53,6 @@ _MORE = (1e-3, 4e-3, 0.0)
 
 _PARTS = (1.0, 0.75, 0.5, 0.25, 0.1)
 """Of the way from braking to the velocity that distances and their derivatives allow."""
-
-_HUGE = 1e3
-"""Times its limit: a velocity beyond it is made shorter first, as its direction tells all."""
-
 
 _LIMIT = -2
 """Instead of a pair: a position's limit."""
@@ -114,8 +111,8 @@ class SafeVelocity:
         is negative or not finite, a gain of 0, joints that float and ways that are not straight,
         TrajectoryError for a robot without limits.
         """
-        self._keep = _number("keep", keep, least=0.0)
-        self._gain = _number("gain", gain, least=0.0)
+        self._keep = number_from("keep", keep)
+        self._gain = number_from("gain", gain)
         if self._gain == 0.0:
             raise SafeVelocityError("gain must be positive, not 0")
         if not checker.is_straight:
@@ -132,6 +129,7 @@ class SafeVelocity:
         others = checker.plan.other_positions
         self._limits.moves[others] = False
         self._limits.velocities[others] = 0.0
+        self._wanted = VelocityArguments(self._names, self._limits)
         self._last = np.zeros(tree.num_positions)
         self._use(checker)
         self._floors = np.full(checker.num_pairs, np.inf)
@@ -210,34 +208,25 @@ class SafeVelocity:
         present: ArrayLike | None,
         obstacles: Mapping[FrameId, ArrayLike | float] | None,
     ) -> _Tick:
-        (position,) = self._checker.checked_configurations(np.asarray(q)[np.newaxis])
-        step = _number("dt", dt, least=0.0)
+        (position,) = self._checker.checked_configurations(one_configuration("q", q))
+        step = number_from("dt", dt)
         if step == 0.0:
             raise SafeVelocityError("dt must be positive, not 0")
-        asked = self._velocity("v", v)
-        now = self._last if present is None else self._velocity("present", present)
+        asked = self._wanted.velocity("v", v)
+        now = self._last if present is None else self._wanted.velocity("present", present)
         moving = self._moving(obstacles)
         box = velocity_box(self._limits, position, now, step)
         speeds = np.maximum(np.abs(box.low), np.abs(box.high))
-        changes = speeds * box.longest + np.abs(now) * step
         # Farther away no motion leads too near, nor does any use up distances too fast.
-        far = max(1.0, 1.0 / (self._gain * box.longest))
-        reach = self._proofs.largest_reach(position, changes) * far
-        goal = self._keep + 2.0 * _SPARE + _ALLOWED
-        fastest = 0.0
-        if moving is not None:
-            fastest = moving.fastest * max(box.time + step, 1.0 / self._gain)
-        found = near_pairs_at(self._plan, position[np.newaxis], goal + reach + fastest)
+        middle = 0.5 * (box.low + box.high)
+        half = np.maximum(0.5 * (box.high - box.low), np.abs(now - middle))
+        half = np.maximum(half, np.abs(box.braking - middle))
+        beside = half * box.longest + 0.5 * step * np.abs(now - middle) + half * step
+        factor = max(1.0, 1.0 / (self._gain * box.longest))
+        seconds = max(box.time + step, 1.0 / self._gain)
+        rules = self._keep + 2.0 * _SPARE + _ALLOWED, factor, seconds
+        found = self._proofs.near_pairs(position, middle * box.longest, beside, rules, moving)
         near = self._proofs.near_by(found.rows, moving)
-        if len(found.rows):
-            # The largest reach is that of a hand; what is near an elbow must be nearer to matter.
-            ways = far * self._proofs.reaches(near, position, 0.0 * changes, changes)
-            ways[near.moving] += fastest
-            chosen = np.flatnonzero(found.distances <= goal + ways)
-            if len(chosen) < len(ways):
-                columns = found.rows, found.distances, found.jacobians
-                found = NearPairs(*(column[chosen] for column in columns), self._plan)
-                near = self._proofs.near_by(found.rows, moving)
         drift = 0.5 * step * np.minimum(self._limits.accelerations * step, np.abs(now))
         drifts = self._proofs.reaches(near, position, speeds * box.longest, drift)
         keeps, spares = self._pads(found, near, drifts)
@@ -385,30 +374,6 @@ class SafeVelocity:
             self._frames = ObstacleFrames(self._plan, self._checker.snapshot)
         return self._frames.moving(obstacles)
 
-    def _velocity(self, name: str, value: ArrayLike) -> NDArray[np.float64]:
-        """Return a velocity ``(nv,)``, shorter where it is huge."""
-        array = real_array(value, f"{name} must be numbers", SafeVelocityError)
-        if array.shape != (len(self._names),):
-            raise SafeVelocityError(f"{name} must have shape ({len(self._names)},), not"
-                                    f" {array.shape}")  # fmt: skip
-        if not np.isfinite(array).all():
-            row = int(np.argmin(np.isfinite(array)))
-            raise SafeVelocityError(
-                f"{name} of position {self._names[row]!r} must be finite, not {array[row]}"
-            )
-        limits = self._limits
-        if array[~limits.moves].any():
-            row = int(np.flatnonzero(~limits.moves & (array != 0.0))[0])
-            raise SafeVelocityError(
-                f"{name} moves position {self._names[row]!r}, which has no limits or is not the"
-                f" checker's: {array[row]:g}"
-            )
-        if name == "v" and limits.moves.any():
-            ratio = float((np.abs(array) / np.where(limits.moves, limits.velocities, 1.0)).max())
-            if ratio > _HUGE:
-                array *= _HUGE / ratio
-        return array
-
 
 def _beside(present: NDArray[np.float64], velocity: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return what the present velocity has beside the new one, ``(nq,)``.
@@ -419,11 +384,3 @@ def _beside(present: NDArray[np.float64], velocity: NDArray[np.float64]) -> NDAr
     square = float(velocity @ velocity)
     part = min(max(float(present @ velocity) / square, 0.0), 1.0) if square > 0.0 else 0.0
     return present - part * velocity
-
-
-def _number(name: str, value: object, *, least: float) -> float:
-    number = as_float(value)
-    if number is None or not least <= number < math.inf:
-        raise SafeVelocityError(f"{name} must be a finite number from {least:g} on, not"
-                                f" {quoted(value)}")  # fmt: skip
-    return number

@@ -12,7 +12,14 @@ from scene_graph_ros.planning.velocities.errors import SafeVelocityError
 from scene_graph_ros.robots.kinematic_tree import KinematicTree
 from scene_graph_ros.trajectories.motion_limits import MotionLimits
 
-__all__ = ["JointLimits", "VelocityBox", "joint_limits", "leaves_limits", "steps_to_rest", "velocity_box"]
+__all__ = [
+    "JointLimits",
+    "VelocityBox",
+    "joint_limits",
+    "leaves_limits",
+    "steps_to_rest",
+    "velocity_box",
+]
 
 _ROUNDING = 1e-9
 """Of a tick: what rounding may add to the time in which a robot brakes."""
@@ -114,7 +121,10 @@ def _within_positions(
 
 
 def leaves_limits(
-    limits: JointLimits, q: NDArray[np.float64], way: NDArray[np.float64], drift: NDArray[np.float64]
+    limits: JointLimits,
+    q: NDArray[np.float64],
+    way: NDArray[np.float64],
+    drift: NDArray[np.float64],
 ) -> bool:
     """Tell whether a way from q, and a drift beside it, may lead beyond a limit of a position.
 

@@ -100,7 +100,10 @@ def test_it_comes_to_rest_at_the_distance(cart):
     rates = np.diff(gaps) / DT
     assert (rates >= -5.0 * (gaps[:-1] - 0.05) - 1e-9).all()
     (active,) = steps[-1].active
-    assert {active.pair.name_A, active.pair.name_B} == {"around/world/wall", "robot/ball/ball_collision_0"}
+    assert {active.pair.name_A, active.pair.name_B} == {
+        "around/world/wall",
+        "robot/ball/ball_collision_0",
+    }
     assert active.distance == pytest.approx(gaps[-2], abs=1e-12)
     assert steps[-1].nearest == active
 
@@ -159,7 +162,7 @@ def test_nearer_than_asked_nothing_comes_nearer(cart, start):
 
 
 def test_a_wall_that_comes_pushes_and_one_that_goes_lets_follow(door):
-    """At the distance, asked for nothing: as fast as the wall; asked to follow: up to its speed."""
+    """Asked for nothing it goes as fast as the wall that comes; behind one it may follow."""
     checker, frame = door
     for speed, asked in ((-0.2, 0.0), (0.2, 9.0)):
         barrier = SafeVelocity(checker, 0.05, limits=cart_limits())
@@ -220,7 +223,8 @@ def test_the_velocity_is_the_nearest(cell):
         barrier.reset()
         asked = rng.uniform(-1.0, 1.0, 8) * np.minimum(tree.velocity_limits, 0.3)
         step = barrier.filter(q, asked, DT)
-        others = step.velocity + rng.normal(size=(10_000, 8)) * 10.0 ** rng.uniform(-4, -1, (10_000, 1))
+        sizes = 10.0 ** rng.uniform(-4.0, -1.0, (10_000, 1))
+        others = step.velocity + sizes * rng.normal(size=(10_000, 8))
         room = np.minimum(tree.upper - q, q - tree.lower) / (2 * DT)
         fits = (np.abs(others) <= np.minimum(tree.velocity_limits, 0.5 * room)).all(axis=1)
         fits &= (others @ clearance.jacobians.T >= -5.0 * spare).all(axis=1)
@@ -283,7 +287,8 @@ def test_obstacles_are_refused_by_name(door):
     inspector = checker.snapshot.inspector
     source = inspector.get_source_id_by_name("robot")
     ball = inspector.get_frame_id_by_name(source, "ball")
-    with pytest.raises(SafeVelocityError, match="no geometry .* around the robots, is on 'robot/ball'"):
+    words = "no geometry that is checked, and around the robots, is on 'robot/ball'"
+    with pytest.raises(SafeVelocityError, match=words):
         barrier.filter([0, 0], [0, 0], DT, obstacles={ball: 1.0})
 
 
