@@ -26,7 +26,10 @@ from scene_graph_ros.planning.velocities.moving_kernels import (
 from scene_graph_ros.planning.velocities.moving_obstacles import MovingObstacles
 from scene_graph_ros.planning.velocities.reach_kernels import pair_reaches, set_influences
 
-__all__ = ["MotionProofs", "NearBy"]
+__all__ = ["UNKNOWN", "MotionProofs", "NearBy"]
+
+UNKNOWN = -2
+"""Instead of a pair: something else than a pair that can be named."""
 
 _TOLERANCE = 5e-7
 """Metres beyond its padding that a pair must have where it is looked at."""
@@ -133,7 +136,10 @@ class MotionProofs:
 
         Positions are on an edge that leads from q by ``way`` ``(nq,)``, or beside it.
         """
-        ways, more = np.empty(len(near.rows)), np.abs(way) + changes
+        ways = np.empty(len(near.rows))
+        if not len(ways):
+            return ways
+        more = np.abs(way) + changes
         pair_reaches(near.checked, q - more, q + more, changes, self._joints, ways)
         return ways
 
@@ -157,6 +163,8 @@ class MotionProofs:
     ) -> int:
         """Return a pair near by that is not proven to keep its distance, NO_PAIR for none.
 
+        UNKNOWN where the proof took too long.
+
         The robot goes from q ``(nq,)`` straight on by ``way`` ``(nq,)``; ``keeps`` ``(k,)`` (m)
         are beyond the pairs' paddings. Without a profile obstacles stand still.
         """
@@ -171,7 +179,7 @@ class MotionProofs:
             prove_edges(checked, edges, rules, self._stop, proof, self._scratch)
             if proof.statuses[0] != FREE:
                 found = int(proof.pairs[0])
-                return int(still[found]) if found != NO_PAIR else int(still[0])
+                return int(still[found]) if found != NO_PAIR else UNKNOWN
         if profile is not None and near.obstacles is not None:
             moving = near.moving
             paddings = near.checked.pairs.paddings[moving] + keeps[moving]

@@ -239,12 +239,12 @@ def prove_moving(checked, moving, edge, profile, tolerance, scratch, waiting):
     end = profile[2]
     for i in range(LANES):
         _put(waiting, counts, end * i / LANES, end * (i + 1) / LANES)
-    looks = 0
+    looks = last_open = 0
     while counts[0] > 0:
         count = min(LANES, counts[0])
         looks += count
         if looks > _MOST_LOOKS:
-            return 0
+            return last_open
         counts[0] -= count
         first = counts[0]
         for k in range(LANES):

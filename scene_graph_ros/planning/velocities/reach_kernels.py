@@ -107,9 +107,9 @@ def set_influences(checked, none, edge, changes, rules, fastest, joints, influen
 
     ``edge`` ``(2, nq)`` is that of a velocity; positions change by at most ``changes[0]``
     ``(nq,)`` in all, and are at most ``changes[1]`` beside it, from ``changes[2]`` to
-    ``changes[3]``. ``rules`` are what is to be kept,
-    m, for how many times as long the speed at first counts, and the time (s) of obstacles, whose points are at most ``fastest``
-    ``(b,)`` m/s fast. ``none`` is a table of no pairs, ``joints`` ``(2, j, 3)`` scratch.
+    ``changes[3]``. ``rules`` are what is to be kept, m, for how many times as long the speed at
+    first counts, and the time (s) of obstacles, whose points are at most ``fastest`` ``(b,)`` m/s
+    fast. ``none`` is a table of no pairs, ``joints`` ``(2, j, 3)`` scratch.
     """
     motions, _, places = scratch
     tree, bodies, pairs = checked.tree, checked.bodies, checked.pairs

@@ -15,7 +15,7 @@ from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisi
 from scene_graph_ros.planning.pairs.check_kernels import NO_PAIR
 from scene_graph_ros.planning.pairs.near_pairs import NearPairs
 from scene_graph_ros.planning.velocities.errors import SafeVelocityError
-from scene_graph_ros.planning.velocities.motion_proofs import MotionProofs, NearBy
+from scene_graph_ros.planning.velocities.motion_proofs import MotionProofs, NearBy, UNKNOWN
 from scene_graph_ros.planning.velocities.moving_kernels import Profile
 from scene_graph_ros.planning.velocities.moving_obstacles import MovingObstacles, ObstacleFrames
 from scene_graph_ros.planning.velocities.nearest_velocity import (
@@ -53,9 +53,6 @@ _MORE = (1e-3, 4e-3, 0.0)
 
 _PARTS = (1.0, 0.75, 0.5, 0.25, 0.1)
 """Of the way from braking to the velocity that distances and their derivatives allow."""
-
-_LIMIT = -2
-"""Instead of a pair: a position's limit."""
 
 
 class _Tick(NamedTuple):
@@ -329,7 +326,7 @@ class SafeVelocity:
         way = velocity * (dt + 0.5 * brake)
         drift = 0.5 * dt * _beside(tick.present, velocity)
         if leaves_limits(self._limits, tick.q, way, drift):
-            return _LIMIT
+            return UNKNOWN
         keeps = tick.keeps + tick.spares
         if drift.any():
             keeps += self._proofs.reaches(tick.near, tick.q, way, np.abs(drift))
