@@ -132,7 +132,7 @@ class MotionProofs:
         self, near: NearBy, q: NDArray[np.float64], way: NDArray[np.float64],
         changes: NDArray[np.float64],
     ) -> NDArray[np.float64]:  # fmt: skip
-        """Return how much nearer pairs come, ``(k,)`` m, on account of ``changes`` ``(nq,)``.
+        """Return the ways by which pairs come nearer, ``(k,)`` m, where positions change, ``(nq,)``.
 
         Positions are on an edge that leads from q by ``way`` ``(nq,)``, or beside it.
         """
@@ -144,7 +144,7 @@ class MotionProofs:
         return ways
 
     def closing_rates(self, near: NearBy, q: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return how fast obstacles change the distances of all pairs near by, ``(k,)`` m/s."""
+        """Return the rates at which obstacles change all pairs' distances, ``(k,)`` m/s."""
         rates = np.zeros(len(near.rows))
         if near.obstacles is not None:
             of_moving = np.empty(len(near.moving))

@@ -232,7 +232,7 @@ class SafeVelocity:
     def _pads(
         self, found: NearPairs, near: NearBy, drifts: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return what pairs keep, and what they have to spare, ``(k,)`` m both."""
+        """Return the distances that pairs keep, and spare ones, ``(k,)`` m both."""
         distances, rows, goal = found.distances, found.rows, self._keep + 2.0 * _SPARE
         is_near = distances < goal
         self._floors[rows[~is_near]] = np.inf
@@ -292,7 +292,7 @@ class SafeVelocity:
         return self._step(tick, braking, active, is_kept=False)
 
     def _rates(self, tick: _Tick, *, is_still: bool = False) -> NDArray[np.float64]:
-        """Return how fast the robot has to change distances at least, ``(k,)`` m/s.
+        """Return the least rates at which the robot has to change distances, ``(k,)`` m/s.
 
         Of the distance to spare it may use up the gain times a second, or what leaves enough for
         braking. From an obstacle that comes nearer it also has to go so far that nothing is
@@ -373,7 +373,7 @@ class SafeVelocity:
 
 
 def _beside(present: NDArray[np.float64], velocity: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return what the present velocity has beside the new one, ``(nq,)``.
+    """Return the part of the present velocity beside the new one, ``(nq,)``.
 
     Of a velocity that changes evenly, the part along the new one leads along the same line, no
     farther than at once; the rest leads away from it by half of a step at most.
