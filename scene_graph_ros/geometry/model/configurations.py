@@ -1,4 +1,4 @@
-"""What a source says of its geometries beside poses, checked: vertices that deform, and points."""
+"""A source's state beside poses, checked: vertices that deform, and points."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ __all__ = ["checked_configurations", "checked_point_sets", "is_of"]
 def checked_configurations(
     state: GeometryState, source_id: SourceId, configurations: Any
 ) -> dict[GeometryId, Configuration]:
-    """Return what a source says of its geometries, or raise; see Context.set_configurations."""
+    """Return a source's configurations, or raise; see Context.set_configurations."""
     result = {}
     for record, label, value in _own(state, source_id, configurations, "deform it", "q_WG"):
         deformable = deformable_of(record)
@@ -37,7 +37,7 @@ def checked_configurations(
 def checked_point_sets(
     state: GeometryState, source_id: SourceId, points: Any
 ) -> dict[GeometryId, PointSet]:
-    """Return what a source says of its clouds, or raise; see Context.set_points."""
+    """Return a source's point sets, or raise; see Context.set_points."""
     result = {}
     for record, label, value in _own(state, source_id, points, "set its points", "p_GPs"):
         shape = record.shape
@@ -51,7 +51,7 @@ def checked_point_sets(
 
 
 def is_of(value: Configuration | PointSet, record: GeometryRecord | None) -> bool:
-    """Tell whether what was set is of the geometry that has its id now, if any."""
+    """Tell whether an entry is of the geometry that has its id now, if any."""
     if record is None:
         return False
     if isinstance(value, Configuration):

@@ -132,9 +132,10 @@ class MotionProofs:
         self, near: NearBy, q: NDArray[np.float64], way: NDArray[np.float64],
         changes: NDArray[np.float64],
     ) -> NDArray[np.float64]:  # fmt: skip
-        """Return the ways by which pairs come nearer, ``(k,)`` m, where positions change, ``(nq,)``.
+        """Return the ways by which pairs come nearer at most, ``(k,)`` m.
 
-        Positions are on an edge that leads from q by ``way`` ``(nq,)``, or beside it.
+        Positions are on an edge that leads from q by ``way`` ``(nq,)``, and change by up to
+        ``changes`` ``(nq,)``.
         """
         ways = np.empty(len(near.rows))
         if not len(ways):

@@ -174,7 +174,7 @@ def columns_of(
 def _as_spheres(
     snapshot: Snapshot, clouds: Clouds, found: FoundPairs, own: _Balls, others: _Balls
 ) -> tuple[ShapeTable, FloatArray]:
-    """Return a table of m balls and of what each is paired with, and their poses in C."""
+    """Return a table of m balls and of each one's partner, and their poses in C."""
     m, is_cloud = len(found.clouds), found.other_places >= 0
     point = clouds.table.point
     rows = np.full(2 * m, point)
@@ -207,7 +207,7 @@ def _as_spheres(
 
 
 def _in_cloud(offsets: FloatArray, X_CG: FloatArray, is_cloud: NDArray[np.bool_]) -> FloatArray:
-    """Return where balls are from their clouds' origins, (2, m, 3), in the first cloud's frame."""
+    """Return balls' positions from their clouds' origins, (2, m, 3), in the first one's frame."""
     result = offsets.copy()
     m = len(is_cloud)
     result[1] = np.einsum("mij,mj->mi", X_CG[m:, :3, :3], offsets[1])
