@@ -92,8 +92,8 @@ class MotionProofs:
         fastest = self._still
         if obstacles is not None:
             fastest = np.zeros(len(fastest))
-            table = obstacles.table
-            fastest[table.bodies] = table.fastest + table.bounds
+            moving = obstacles.table
+            fastest[moving.bodies] = moving.fastest + moving.bounds
         edge, influences = np.stack([q, q + way]), self._influences
         set_influences(
             self._checked,
