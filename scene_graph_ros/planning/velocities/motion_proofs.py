@@ -202,7 +202,7 @@ class MotionProofs:
 
 
 def _chosen(pairs: PairTable, rows: NDArray[np.int64]) -> PairTable:
-    """Return some pairs, without what the tree needs."""
+    """Return some pairs, without the columns of the tree."""
     return pairs._replace(
         bodies=pairs.bodies[rows],
         swaps=pairs.swaps[rows],

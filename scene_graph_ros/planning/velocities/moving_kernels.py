@@ -79,7 +79,7 @@ class Profile(NamedTuple):
 
 @inlined_kernel
 def _part_of(profile, t):
-    """Return how much of the edge is behind the robot at a time, and its speed there, in 1/s."""
+    """Return the part of the edge behind the robot at a time, and its speed there, in 1/s."""
     hold, brake = profile[0], profile[1]
     whole = hold + 0.5 * brake
     if t <= hold:
@@ -129,9 +129,9 @@ def _place_moving(bodies, moving, i, t, places, k):
 
 @inlined_kernel
 def _obstacle_along(bodies, moving, i, t, places, k, n):
-    """Return the speed of a moving body's centre along n at a time, and what else is needed.
+    """Return the speed of a moving body's centre along n, its spread, and the acceleration.
 
-    That is how much the speed of its points differs, and how much any point accelerates.
+    The spread is that of the speeds of its points; the acceleration is the largest of any point.
     """
     b, twist, origin = moving.bodies[i], moving.twists[i], moving.origins[i]
     wx, wy, wz = twist[0], twist[1], twist[2]
@@ -151,7 +151,7 @@ def _obstacle_along(bodies, moving, i, t, places, k, n):
 
 @inlined_kernel
 def _direction_slack(checked, p, phi, error):
-    """Return how far a normal may be off the direction of the distance, infinite where unknown.
+    """Return the error of a normal as the direction of the distance, infinite where unknown.
 
     See ``pair_on_stretch``; bodies that are not convex have no such direction.
     """

@@ -133,7 +133,7 @@ class ObstacleFrames:
 
 
 def _value(frame: object) -> int:
-    """Return the value of a frame's id, -1 for what is none."""
+    """Return the value of a frame's id, -1 for anything else."""
     return int(frame) if isinstance(frame, FrameId) else -1
 
 

@@ -18,11 +18,11 @@ _WEIGHT = 1e4
 """Of the rate that is lost, against the velocities."""
 
 _LOOSE = 1e-9
-"""m/s: what is left to rounding where the rate that is lost is known."""
+"""m/s: the slack for rounding where the rate that is lost is known."""
 
 
 class NearestVelocity(NamedTuple):
-    """A velocity, and what holds it."""
+    """A velocity, and the rows that hold it."""
 
     velocity: NDArray[np.float64]
     active: NDArray[np.intp]

@@ -12,7 +12,7 @@ from scene_graph_ros.robots.tree_kernels import LANES, PLANAR, PRISMATIC, REVOLU
 __all__ = ["pair_reaches", "set_influences"]
 
 _OUTWARDS = 1.0 + 1e-12
-"""Times what is worked out: far more than rounding takes off it."""
+"""Times bounds: far more than rounding takes off it."""
 
 
 @inlined_kernel
@@ -39,7 +39,7 @@ def _set_joints(tree, low, high, changes, joints):
 
 @inlined_kernel
 def _reach_of(tree, joint, last, reach, joints):
-    """Return how far any point of a body moves, and accelerates, relative to the joint ``last``.
+    """Return the way and acceleration of any point of a body relative to the joint ``last``.
 
     That is along a straight edge that is passed in a unit of time; see ``motion_kernels``.
     """
@@ -76,7 +76,7 @@ def pair_reaches(checked, low, high, changes, joints, ways):
 
 @inlined_kernel
 def _speed_of(bodies, b, joint, last, twists, places):
-    """Return how fast any point of a body is relative to a joint, in lane 0."""
+    """Return the largest speed of any point of a body relative to a joint, in lane 0."""
     T, S, center = twists[joint], twists[last], places.centers[b]
     wx, wy, wz = T[0, 0] - S[0, 0], T[1, 0] - S[1, 0], T[2, 0] - S[2, 0]
     vx, vy, vz = T[3, 0] - S[3, 0], T[4, 0] - S[4, 0], T[5, 0] - S[5, 0]
@@ -88,7 +88,7 @@ def _speed_of(bodies, b, joint, last, twists, places):
 
 @inlined_kernel
 def _moved(checked, a, last, joints, beside, scratch):
-    """Return how far any point of a body moves relative to a joint, along an edge or beside it.
+    """Return the way of any point of a body relative to a joint, along an edge or beside it.
 
     And how far it would if it went on as fast as at first.
     """
@@ -107,7 +107,7 @@ def set_influences(checked, none, edge, changes, rules, fastest, joints, influen
 
     ``edge`` ``(2, nq)`` is that of a velocity; positions change by at most ``changes[0]``
     ``(nq,)`` in all, and are at most ``changes[1]`` beside it, from ``changes[2]`` to
-    ``changes[3]``. ``rules`` are what is to be kept, m, for how many times as long the speed at
+    ``changes[3]``. ``rules`` are the distance to keep, m, for how many times as long the speed at
     first counts, and the time (s) of obstacles, whose points are at most ``fastest`` ``(b,)`` m/s
     fast. ``none`` is a table of no pairs, ``joints`` ``(2, j, 3)`` scratch.
     """

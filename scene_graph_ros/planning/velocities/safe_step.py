@@ -1,4 +1,4 @@
-"""The answer of a filter of velocities: what may be, what holds it, and what is proven of it."""
+"""The answer of a filter of velocities: the velocity, the pairs that hold it, and its proof."""
 
 from __future__ import annotations
 

@@ -41,8 +41,8 @@ from scene_graph_ros.trajectories.motion_limits import MotionLimits
 __all__ = ["SafeVelocity"]
 
 _SPARE = 2e-6
-"""Metres: how much more than what is to be kept a new motion keeps; braking keeps half of it. So
-that braking is proven again at each tick, whatever rounding does."""
+"""Metres: the distance that a new motion keeps in addition; braking keeps half of it. So braking
+is proven again at each tick, in spite of rounding."""
 
 _ALLOWED = 1e-5
 """Metres that a pair may lose in all which is nearer than it should be at the start: from no
@@ -56,7 +56,7 @@ _PARTS = (1.0, 0.75, 0.5, 0.25, 0.1)
 
 
 class _Tick(NamedTuple):
-    """What is known at one tick."""
+    """The state at one tick."""
 
     q: NDArray[np.float64]
     asked: NDArray[np.float64]
@@ -66,21 +66,21 @@ class _Tick(NamedTuple):
     found: NearPairs
     near: NearBy
     keeps: NDArray[np.float64]
-    """``(k,)`` m: what each pair has to keep beyond its padding."""
+    """``(k,)`` m: the distance of each pair to keep beyond its padding."""
     spares: NDArray[np.float64]
     """``(k,)`` m: how much more a new motion keeps."""
     drifts: NDArray[np.float64]
-    """``(k,)`` m: what a velocity that changes evenly instead of at once may change, at most."""
+    """``(k,)`` m: the largest effect of a velocity that changes evenly instead of at once."""
 
 
 @one_line("keep", "gain")
 class SafeVelocity:
-    """Lets through what keeps a distance, and makes of all else the nearest velocity that does.
+    """Lets velocities through that keep a distance, and makes of others the nearest one that does.
 
-    A distance may shrink by ``gain`` (1/s) times what it has to spare (control barrier function;
+    A distance may shrink by ``gain`` (1/s) times the distance to spare (control barrier function;
     Ames and others, *Control Barrier Functions: Theory and Applications*, 2019), or more slowly
     where the robot could not brake: the nearest velocity that fulfils this for all pairs near by,
-    and all limits, is a small quadratic program. What it proposes counts once it is proven: the
+    and all limits, is a small quadratic program. Its proposal counts once it is proven: the
     straight edge of the step and the braking after it, by the proofs of edges. Where it is not,
     the velocity is made shorter, up to that of a robot that brakes as it was proven at the tick
     before.
@@ -88,7 +88,7 @@ class SafeVelocity:
     The robot is taken to have the velocity returned after each step, at once or evenly during the
     step, and to brake evenly along the line on which it is. Between ticks of one ``dt`` it then
     never needs more than its limits allow. Pairs nearer than ``keep`` at the start do not come
-    nearer: together they lose at most 10 µm of what they had.
+    nearer: together they lose at most 10 µm of their distance.
 
     One thread at a time; it remembers its last velocity.
     """
@@ -179,11 +179,11 @@ class SafeVelocity:
         """Return the velocity for the next ``dt`` (s) of a robot at q that is nearest to v.
 
         ``q`` ``(nq,)``, ``v`` ``(nv,)`` and ``present`` ``(nv,)``, the velocity now, in rad, m,
-        rad/s and m/s; by default ``present`` is the velocity returned last, at first zero. What is
-        nearest is by the sum of squares. ``obstacles`` has velocities of frames with what is
-        around the robots on them: ``(6,)``, angular and linear velocity of the frame in W, rad/s
-        and m/s, or a bound (m/s) of the speed of all their points, whatever the direction. They
-        are taken to go on so until the robot has braked; those not named stand still.
+        rad/s and m/s; by default ``present`` is the velocity returned last, at first zero. The
+        nearest one is that by the sum of squares. ``obstacles`` has velocities of frames around
+        the robots: ``(6,)``, angular and linear velocity of the frame in W, rad/s and m/s, or a
+        bound (m/s) of the speed of all their points, in any direction. They are taken to go on so
+        until the robot has braked; those not named stand still.
 
         Raises SafeVelocityError naming the argument and entry that is wrong, KinematicTreeError
         for a bad q, CollisionCheckerError for one beyond all scenes.
@@ -294,8 +294,8 @@ class SafeVelocity:
     def _rates(self, tick: _Tick, *, is_still: bool = False) -> NDArray[np.float64]:
         """Return the least rates at which the robot has to change distances, ``(k,)`` m/s.
 
-        Of the distance to spare it may use up the gain times a second, or what leaves enough for
-        braking. From an obstacle that comes nearer it also has to go so far that nothing is
+        Of the distance to spare it may use up the gain times a second, or as much as leaves enough
+        for braking. From an obstacle that comes nearer it also has to go so far that nothing is
         missing when it has braked.
         """
         box = tick.box

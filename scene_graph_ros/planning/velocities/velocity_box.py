@@ -22,11 +22,11 @@ __all__ = [
 ]
 
 _ROUNDING = 1e-9
-"""Of a tick: what rounding may add to the time in which a robot brakes."""
+"""Of a tick: the rounding that may be added to the time in which a robot brakes."""
 
 
 _AT_LIMIT = 1e-12
-"""rad or m: what rounding may lead beyond a limit."""
+"""rad or m: the way beyond a limit that is rounding."""
 
 
 class JointLimits(NamedTuple):
