@@ -276,7 +276,7 @@ CALLS = {
         lambda w, q, v, present: (
             SafeVelocity(w.free, limits=w.limits).filter(q, v, 0.5, present).velocity
         ),
-        {"q": Q1, "v": [0.25, 0], "present": [0, 0.125]},
+        {"q": Q1, "v": [1.0, 0], "present": [0.0, 1]},
     ),
     "plan_path": (
         lambda w, start, goal: plan_path(w.free, start, goal).configurations,

@@ -18,7 +18,10 @@ from scene_graph_ros.planning.pairs.checker_plan import CheckerPlan
 from scene_graph_ros.planning.velocities.errors import SafeVelocityError
 from scene_graph_ros.planning.velocities.moving_kernels import MovingBodies
 
-__all__ = ["MovingObstacles", "ObstacleFrames"]
+__all__ = ["MovingObstacles", "ObstacleFrames", "ObstacleVelocities"]
+
+ObstacleVelocities = Mapping[FrameId, ArrayLike | float]
+"""Of each frame the velocity ``(6,)``, angular and linear in W, or a bound of the speed (m/s)."""
 
 
 class MovingObstacles(NamedTuple):
@@ -66,7 +69,7 @@ class ObstacleFrames:
         self._bodies: _Bodies | None = None
         self._known = {each for chain in self._chains for each in chain}
 
-    def moving(self, obstacles: Mapping[FrameId, ArrayLike | float]) -> MovingObstacles:
+    def moving(self, obstacles: ObstacleVelocities) -> MovingObstacles:
         """Return the bodies that move. Raises SafeVelocityError naming a frame or velocity.
 
         A body goes with the nearest of its frames that has a velocity.

@@ -14,6 +14,7 @@ from scene_graph_ros.geometry.one_line import one_line
 __all__ = ["DistantPair", "SafeStep"]
 
 
+@one_line()
 class DistantPair(NamedTuple):
     """Two geometries, and how far they are apart now."""
 

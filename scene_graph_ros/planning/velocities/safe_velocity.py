@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scene_graph_ros.geometry.model.ids import FrameId
 from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.planning.checker.checker_interface import one_configuration
 from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
@@ -17,7 +15,11 @@ from scene_graph_ros.planning.pairs.near_pairs import NearPairs
 from scene_graph_ros.planning.velocities.errors import SafeVelocityError
 from scene_graph_ros.planning.velocities.motion_proofs import MotionProofs, NearBy, UNKNOWN
 from scene_graph_ros.planning.velocities.moving_kernels import Profile
-from scene_graph_ros.planning.velocities.moving_obstacles import MovingObstacles, ObstacleFrames
+from scene_graph_ros.planning.velocities.moving_obstacles import (
+    MovingObstacles,
+    ObstacleFrames,
+    ObstacleVelocities,
+)
 from scene_graph_ros.planning.velocities.nearest_velocity import (
     least_loss,
     nearest_velocity,
@@ -174,7 +176,7 @@ class SafeVelocity:
         v: ArrayLike,
         dt: float,
         present: ArrayLike | None = None,
-        obstacles: Mapping[FrameId, ArrayLike | float] | None = None,
+        obstacles: ObstacleVelocities | None = None,
     ) -> SafeStep:
         """Return the velocity for the next ``dt`` (s) of a robot at q that is nearest to v.
 
@@ -203,7 +205,7 @@ class SafeVelocity:
         v: ArrayLike,
         dt: float,
         present: ArrayLike | None,
-        obstacles: Mapping[FrameId, ArrayLike | float] | None,
+        obstacles: ObstacleVelocities | None,
     ) -> _Tick:
         (position,) = self._checker.checked_configurations(one_configuration("q", q))
         step = number_from("dt", dt)
@@ -362,9 +364,7 @@ class SafeVelocity:
 
     # What is given.
 
-    def _moving(
-        self, obstacles: Mapping[FrameId, ArrayLike | float] | None
-    ) -> MovingObstacles | None:
+    def _moving(self, obstacles: ObstacleVelocities | None) -> MovingObstacles | None:
         if not obstacles:
             return None
         if self._frames is None:
