@@ -58,6 +58,7 @@ def plan() -> None:
     from scene_graph_ros.planning import (
         MaxCliqueSolverViaBranchAndBound,
         plan_path,
+        plan_trajectory,
         PoseTarget,
         RobotDiagram,
         SafeVelocity,
@@ -102,5 +103,6 @@ def plan() -> None:
     barrier = SafeVelocity(checker, keep=1.5, limits=loose)
     barrier.filter([0.0], [0.1], 0.1)
     barrier.filter([0.0], [0.1], 0.1, [0.0], {other: 1.0})
+    plan_trajectory(checker, [0.0], [1.0], soft)
     zmp = PiecewisePolynomial.first_order_hold([0.0, 1.0], [[0.0, 0.0], [1.0, 0.0]])
     ZmpPlanner().plan(zmp, np.zeros(4), 1.0)
