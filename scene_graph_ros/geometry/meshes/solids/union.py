@@ -189,7 +189,7 @@ def _united_group(
     """Return the boundary of the solid of parts whose boxes overlap, with the middle as origin."""
     points, members = _about(middle, vertices, members)
     nested = [is_nested_in_itself(points, part.triangles) for part in members]
-    if len(members) > 1:
+    if len(members) > 1 and not resolve:  # else all are cut together
         points, members, nested = _without_nesting(points, members, nested)
     label = np.repeat(np.arange(len(members)), [len(part.triangles) for part in members])
     triangles = np.concatenate([part.triangles for part in members])
