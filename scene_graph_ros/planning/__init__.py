@@ -152,6 +152,9 @@ if TYPE_CHECKING:
     from scene_graph_ros.planning.timing.curve_timing import time_curve
     from scene_graph_ros.planning.timing.path_timing import prove_trajectory, time_path
     from scene_graph_ros.planning.timing.timing_problem import TimedPath, TimingFailure
+    from scene_graph_ros.planning.velocities.errors import SafeVelocityError
+    from scene_graph_ros.planning.velocities.safe_step import DistantPair, SafeStep
+    from scene_graph_ros.planning.velocities.safe_velocity import SafeVelocity
     from scene_graph_ros.planning.walking.zmp_planner import ZmpPlanner, ZmpPlannerError
     from scene_graph_ros.trajectories.retimers.retimer_libraries import MissingRetimerError
     from scene_graph_ros.trajectories.retimers.ruckig_retimer import RuckigRetimer
@@ -180,6 +183,7 @@ __all__ = [
     "DirectTranscription",
     "DistanceAndInterpolationProvider",
     "DistanceCertificate",
+    "DistantPair",
     "DofMask",
     "Dynamics",
     "DynamicsError",
@@ -234,6 +238,9 @@ __all__ = [
     "RobotDiagram",
     "RobotDiagramBuilder",
     "RuckigRetimer",
+    "SafeStep",
+    "SafeVelocity",
+    "SafeVelocityError",
     "SceneGraphCollisionChecker",
     "SolveStatus",
     "SolverOptions",
@@ -384,6 +391,9 @@ _MODULES = {
     "planning.timing.curve_timing": ("time_curve",),
     "planning.timing.path_timing": ("prove_trajectory", "time_path"),
     "planning.timing.timing_problem": ("TimedPath", "TimingFailure"),
+    "planning.velocities.errors": ("SafeVelocityError",),
+    "planning.velocities.safe_step": ("DistantPair", "SafeStep"),
+    "planning.velocities.safe_velocity": ("SafeVelocity",),
     "planning.walking.zmp_planner": ("ZmpPlanner", "ZmpPlannerError"),
     "trajectories.retimers.retimer_libraries": ("MissingRetimerError",),
     "trajectories.retimers.ruckig_retimer": ("RuckigRetimer",),

@@ -61,6 +61,7 @@ def plan() -> None:
         plan_trajectory,
         PoseTarget,
         RobotDiagram,
+        SafeVelocity,
         SceneGraphCollisionChecker,
         time_path,
         ZmpPlanner,
@@ -75,10 +76,13 @@ def plan() -> None:
     X_WG[0, 3] = 3.0
     still = GeometryInstance(X_WG, Sphere(1.0), "still")
     moving = GeometryInstance(np.eye(4), Sphere(1.0), "moving")
-    for ball in (still, moving):
+    thrown = GeometryInstance(X_WG, Sphere(0.5), "thrown")
+    for ball in (still, moving, thrown):
         ball.set_proximity_properties(ProximityProperties())
     scene_graph.register_anchored_geometry(source, still)
     scene_graph.register_geometry(source, frame, moving)
+    other = scene_graph.register_frame(source, GeometryFrame("other"))
+    scene_graph.register_geometry(source, other, thrown)
     context = scene_graph.create_default_context()
     frames = MappingProxyType({"link": frame})
     checker = SceneGraphCollisionChecker(RobotDiagram(scene_graph, context, _one_joint(), frames))
@@ -95,6 +99,10 @@ def plan() -> None:
     time_path(checker, [[0.0], [0.5], [0.0]], MotionLimits(np.ones(1), np.ones(1), ("joint",)))
     soft = MotionLimits(np.ones(1), np.ones(1), ("joint",), jerks=np.ones(1))
     time_path(checker, [[0.0], [0.5]], soft, start_velocity=[0.1])
+    loose = MotionLimits(np.ones(1), np.ones(1), ("joint",))
+    barrier = SafeVelocity(checker, keep=1.5, limits=loose)
+    barrier.filter([0.0], [0.1], 0.1)
+    barrier.filter([0.0], [0.1], 0.1, [0.0], {other: 1.0})
     plan_trajectory(checker, [0.0], [1.0], soft)
     zmp = PiecewisePolynomial.first_order_hold([0.0, 1.0], [[0.0, 0.0], [1.0, 0.0]])
     ZmpPlanner().plan(zmp, np.zeros(4), 1.0)

@@ -17,6 +17,7 @@ from scene_graph_ros.planning import (
     region_around,
     RobotDiagram,
     RobotDiagramBuilder,
+    SafeVelocity,
     SceneGraphCollisionChecker,
     time_path,
     visibility_graph,
@@ -270,6 +271,12 @@ CALLS = {
             plan_straight(w.free, start, X_WTs, "left/ball", X_LT).configurations
         ),
         {"start": Q1, "X_WTs": [AT_2], "X_LT": np.eye(4).tolist()},
+    ),
+    "SafeVelocity.filter": (
+        lambda w, q, v, present: (
+            SafeVelocity(w.free, limits=w.limits).filter(q, v, 0.5, present).velocity
+        ),
+        {"q": Q1, "v": [1.0, 0], "present": [0.0, 1]},
     ),
     "plan_path": (
         lambda w, start, goal: plan_path(w.free, start, goal).configurations,

@@ -21,7 +21,7 @@ from scene_graph_ros.planning.pairs.separation_lanes import COVER, new_covers
 from scene_graph_ros.robots.joint_chains import AXIS
 from scene_graph_ros.robots.tree_kernels import LANES
 
-__all__ = ["NearPairs", "NearRows", "near_pairs", "near_pairs_at", "near_rows"]
+__all__ = ["NearDesk", "NearPairs", "NearRows", "near_pairs", "near_pairs_at", "near_rows"]
 
 
 class NearPairs(NamedTuple):
@@ -58,7 +58,7 @@ _ROOM = 2048
 """Rows of a table, where all pairs need less: then it has several configurations' rows."""
 
 
-class _Desk:
+class NearDesk:
     """The arrays of one thread that looks for a plan's pairs."""
 
     def __init__(self, plan: CheckerPlan) -> None:
@@ -98,11 +98,11 @@ _desks = threading.local()
 """Of each thread the one of the plan that it asked about last: they change seldom."""
 
 
-def _desk(plan: CheckerPlan) -> _Desk:
+def _desk(plan: CheckerPlan) -> NearDesk:
     """Return this thread's desk for a plan."""
-    desk: _Desk | None = getattr(_desks, "newest", None)
+    desk: NearDesk | None = getattr(_desks, "newest", None)
     if desk is None or desk.plan is not plan:
-        desk = _desks.newest = _Desk(plan)
+        desk = _desks.newest = NearDesk(plan)
     return desk
 
 
