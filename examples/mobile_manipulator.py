@@ -125,12 +125,12 @@ class Tiago:
         options = QueryOptions(minimal_stamp=stamp_to_msg(stamp))
         if stamp:
             options.minimal_stamp_sources = [frame]
-            options.timeout.sec = 5
+            options.timeout.sec = 20
         request = GetPoseInWorld.Request(frames=[frame], options=options)
         if not self._poses.wait_for_service(60.0):
             raise SystemExit("The node does not answer")
         future = self._poses.call_async(request)
-        rclpy.spin_until_future_complete(self.node, future, timeout_sec=20.0)
+        rclpy.spin_until_future_complete(self.node, future, timeout_sec=60.0)
         return future.result()
 
 

@@ -1,4 +1,4 @@
-"""The measured rows as a table for programs (CSV) and the table of docs/cameras.md."""
+"""The measured rows as a table for programs (CSV) and the table of docs/cameras_measured.md."""
 
 from __future__ import annotations
 

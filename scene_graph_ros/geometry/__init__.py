@@ -1,6 +1,6 @@
 """The geometry core: shapes, the scene graph and the queries, without ROS.
 
-Shapes and properties describe what there is, ``SceneGraph`` where it is, and a query object
+Shapes and properties describe things, ``SceneGraph`` their places, and a query object
 answers how near, how deep and in contact with what. Conventions are in ``docs/conventions.md``.
 """
 

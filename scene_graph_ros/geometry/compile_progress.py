@@ -62,7 +62,7 @@ class CompileProgress:
         self._tell()
 
     def _tell(self) -> None:
-        """Say how far it is, where it is time for that."""
+        """Print the progress, where it is time for that."""
         with self._lock:
             if self._began is None or self.is_left_to_others:
                 return

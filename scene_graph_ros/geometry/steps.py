@@ -1,7 +1,7 @@
 """Work in Python that takes long is done in steps, between which others may go before.
 
-The core knows nothing of threads that wait for the interpreter; whoever starts the work says what
-is to be done between its steps.
+The core knows nothing of threads that wait for the interpreter; the caller that starts the work
+chooses its callback between steps.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _callback: ContextVar[Callable[[], None]] = ContextVar("between steps", default=
 
 
 def between_steps() -> None:
-    """Do what whoever started the work wants done between its steps; without that, nothing.
+    """Call the callback of this thread's work between its steps; without one, do nothing.
 
     To be called where nothing is held that another thread may wait for.
     """
@@ -35,7 +35,7 @@ def is_in_steps() -> bool:
 
 @contextmanager
 def calling_between_steps(callback: Callable[[], None]) -> Iterator[None]:
-    """Have this thread call ``callback`` between the steps of what it does meanwhile."""
+    """Have this thread call ``callback`` between the steps of its work meanwhile."""
     token = _callback.set(callback)
     try:
         yield

@@ -7,12 +7,11 @@ import time
 import traceback
 from typing import Any, TYPE_CHECKING
 
-from rclpy.clock import JumpThreshold, TimeJump
-from rclpy.duration import Duration
 from rclpy.parameter import Parameter
 
 from msg_adapters.errors import UnavailableError
 from scene_graph_ros.geometry import SceneGraph
+from scene_graph_ros.node.clock_watch import ClockWatch
 from scene_graph_ros.node.diagnostics import Monitor
 from scene_graph_ros.node.diagnostics_topic import DiagnosticsTopic, Watched
 from scene_graph_ros.node.effects.answer_thread import Found
@@ -29,7 +28,6 @@ from scene_graph_ros.node.runtime.precedence import Precedence
 from scene_graph_ros.node.services.services import Services
 from scene_graph_ros.node.world.edits import Tools
 from scene_graph_ros.node.world.inputs import message_type
-from scene_graph_ros.node.world.intake import TimeLimits, UNSTAMPED
 from scene_graph_ros.node.world.planned_path import PlannedPath
 from scene_graph_ros.node.world.scenes import loader_of, SceneLoader
 from scene_graph_ros.node.world.subscriptions import Subscriptions
@@ -266,11 +264,14 @@ class Server:
             self._namesakes,
         )
         self._diagnostics.open(watched, self.group, self.channels)
-        self._jump_handle = self.node.get_clock().create_jump_callback(
-            JumpThreshold(
-                min_forward=None, min_backward=Duration(nanoseconds=-1), on_clock_change=True
-            ),
-            post_callback=self._on_clock_jump,
+        self._clock = ClockWatch(
+            self.node,
+            world,
+            self._subscriptions,
+            self._monitor,
+            self.parameter,
+            lambda: self.recorder,
+            self.request_update,
         )
         self._is_configured = True
 
@@ -318,7 +319,7 @@ class Server:
             self._diagnostics.close()
             if self._descriptions is not None:
                 self._descriptions.stop()
-            self._jump_handle.unregister()
+            self._clock.close()
             self._services.close()
             self._kernels.stop()
             self._end_recording()
@@ -352,22 +353,15 @@ class Server:
             )
         self._descriptions.describe(name, text, told)
 
-    def _limits(self) -> TimeLimits:
-        return TimeLimits(
-            self.node.get_clock().now().nanoseconds,
-            int(self.parameter("max_pose_age") * 1e9),
-            int(self.parameter("max_pose_lead") * 1e9),
-        )
-
     def _update(self) -> None:
         if not self._is_active:
             return
         try:
             self._subscriptions.look()
-            limits = self._limits()
+            limits = self._clock.limits()
             due = self._effects.due(self._world.snapshot)
             with self._world.lock:
-                self._forget_impossible_stamps(limits)
+                self._clock.forget_impossible_stamps(limits)
                 moved, deformed, sensed, first = self._subscriptions.collect(limits)
                 snapshot = self._world.snapshot
                 if moved or deformed or sensed:
@@ -382,29 +376,6 @@ class Server:
                 f"an update failed:\n{traceback.format_exc()}", throttle_duration_sec=1.0
             )
 
-    def _forget_impossible_stamps(self, limits: TimeLimits) -> None:
-        """Forget stamps from a future that the limits no longer allow.
-
-        They were taken before simulated time began, or before the system's clock was put back,
-        of which nobody is told. To keep them would make all poses until then out of order.
-        """
-        now, _, last = limits.bounds()
-        lead = self._world.snapshot.stamp - now
-        if self._world.snapshot.stamp > last:
-            self._monitor.clock_jumps += 1
-            self.node.get_logger().warning(
-                f"the clock began, or was put back: poses are stamped {lead * 1e-9:.3f} s in "
-                "its future, so their stamps are forgotten"
-            )
-            self._forget(last)
-            if self.recorder is not None:
-                self.recorder.stamps_forgotten(last)
-
-    def _forget(self, after: int) -> None:
-        """Forget stamps later than that; the poses hold."""
-        self._world.forget_stamps(after)
-        self._subscriptions.forget(after)
-
     def _follow_parameters(self, parameters: list[Parameter]) -> None:
         if not self._is_configured:
             return
@@ -417,16 +388,4 @@ class Server:
             elif parameter.name == "diagnostics_rate":
                 self._diagnostics.follow_rate(parameter.value)
         # Rates count from now on, not after the wait that the old ones meant.
-        self.request_update()
-
-    def _on_clock_jump(self, jump: TimeJump) -> None:
-        self._monitor.clock_jumps += 1
-        self.node.get_logger().warning(
-            "the clock jumped back or changed its source: stamps of earlier poses are forgotten"
-        )
-        with self._world.lock:
-            self._subscriptions.discard()
-            self._forget(UNSTAMPED)
-            if self.recorder is not None:
-                self.recorder.stamps_forgotten(None)
         self.request_update()

@@ -1,4 +1,4 @@
-"""What collision checkers and planners refuse."""
+"""The errors of collision checkers and planners."""
 
 from __future__ import annotations
 

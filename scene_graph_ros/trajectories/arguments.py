@@ -1,4 +1,4 @@
-"""Checks of what callers give: the cleaned array or number, or an error that names it."""
+"""Checks of arguments: the cleaned array or number, or an error that names it."""
 
 from __future__ import annotations
 
@@ -7,12 +7,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scene_graph_ros.geometry.number_checks import positive, whole
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.trajectories.errors import TrajectoryError
 
-__all__ = ["as_finite", "as_numbers", "as_order", "as_positive", "as_times", "is_same_time"]
+__all__ = [
+    "as_breaks",
+    "as_finite",
+    "as_numbers",
+    "as_order",
+    "as_positive",
+    "as_times",
+    "is_same_time",
+]
 
 _SAME_TIME = 1e-12
 """Relative to the larger of two times, and s: breaks that are so near are the same."""
@@ -45,20 +54,23 @@ def as_finite(name: str, value: Any) -> float:
 
 def as_positive(name: str, value: Any) -> float:
     """Return a positive, finite number. Raises TrajectoryError."""
-    number = as_float(value)
-    if number is None or not 0.0 < number < np.inf:
-        raise TrajectoryError(f"{name} must be positive and finite, not {quoted(value)}")
-    return number
+    return positive(name, value, TrajectoryError)
 
 
 def as_order(name: str, value: Any, least: int = 0) -> int:
     """Return a whole number, at least ``least``. Raises TrajectoryError."""
-    number = as_float(value)
-    if number is None or number < least or not number.is_integer():
-        raise TrajectoryError(
-            f"{name} must be a whole number from {least} on, not {quoted(value)}"
-        )
-    return int(number)
+    return whole(name, value, TrajectoryError, least)
+
+
+def as_breaks(values: ArrayLike) -> NDArray[np.float64]:
+    """Return times ``(p + 1,)`` that grow, p at least 1. Raises TrajectoryError."""
+    breaks = as_numbers("breaks", values)
+    if breaks.ndim != 1 or len(breaks) < 2:
+        raise TrajectoryError(f"breaks must be two numbers or more, not {breaks.shape}")
+    if not (np.diff(breaks) > 0.0).all():
+        i = int(np.argmin(np.diff(breaks)))
+        raise TrajectoryError(f"breaks must grow: {breaks[i]} is before {breaks[i + 1]}")
+    return breaks
 
 
 def is_same_time(first: float, second: float) -> bool:

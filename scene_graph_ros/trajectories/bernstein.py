@@ -44,7 +44,7 @@ def elevated(points: Points, degree: int) -> Points:
 
 
 def split(points: Points, part: float) -> tuple[Points, Points]:
-    """Return the control points of what is before a place between 0 and 1, and of the rest."""
+    """Return the control points of the parts before and after a parameter between 0 and 1."""
     left, right = np.empty_like(points), np.empty_like(points)
     last = points.shape[1] - 1
     for i in range(last + 1):

@@ -37,7 +37,7 @@ class BezierCurve:
     ``control_points`` are rows ``(order + 1, n)``. The curve begins at the first, ends at the last
     and is in the hull of all (Farin, *Curves and Surfaces for CAGD*, 2002, chapters 4 to 6).
 
-    Raises TrajectoryError for other shapes, for what is not finite, and unless the end is after
+    Raises TrajectoryError for other shapes, for infinities, and unless the end is after
     the start.
     """
 
@@ -125,7 +125,7 @@ class BezierCurve:
         return self._with(elevated(self.control_points[np.newaxis], wanted)[0])
 
     def split(self, t: float) -> tuple[BezierCurve, BezierCurve]:
-        """Return what is before a time inside, and what is after it. Raises TrajectoryError."""
+        """Return the parts before and after a time inside. Raises TrajectoryError."""
         at = as_finite("t", t)
         if not self.start_time < at < self.end_time:
             raise TrajectoryError(
@@ -136,11 +136,11 @@ class BezierCurve:
         return BezierCurve(self.start_time, at, left[0]), BezierCurve(at, self.end_time, right[0])
 
     def reverse_time(self) -> BezierCurve:
-        """Return the curve the other way: at ``start_time + end_time - t`` what it is at t."""
+        """Return the reversed curve r with ``r(start_time + end_time - t) = q(t)``."""
         return self._with(self.control_points[::-1])
 
     def scale_time(self, factor: float) -> BezierCurve:
-        """Return the curve slower: at ``factor * t`` what it is at t. The factor is positive."""
+        """Return the slower curve r with ``r(factor * t) = q(t)``; the factor is positive."""
         number = as_positive("factor", factor)
         return BezierCurve(number * self.start_time, number * self.end_time, self.control_points)
 

@@ -31,7 +31,7 @@ class BsplineTrajectory:
     that comes k times ``degree - k`` derivatives go on; where one comes ``degree + 1`` times the
     curve jumps, more often none comes (Farin, *Curves and Surfaces for CAGD*, 2002, chapter 8).
 
-    Raises TrajectoryError for other shapes, for what is not finite, and for other knots.
+    Raises TrajectoryError for other shapes, for infinities, and for other knots.
     """
 
     knots: NDArray[np.float64]
@@ -182,12 +182,12 @@ class BsplineTrajectory:
         return PiecewisePolynomial(breaks, np.stack(points, axis=1))
 
     def reverse_time(self) -> BsplineTrajectory:
-        """Return the curve the other way: at ``start_time + end_time - t`` what it is at t."""
+        """Return the reversed curve r with ``r(start_time + end_time - t) = q(t)``."""
         knots = (self.start_time + self.end_time) - self.knots[::-1]
         return BsplineTrajectory(knots, self.control_points[::-1])
 
     def scale_time(self, factor: float) -> BsplineTrajectory:
-        """Return the curve slower: at ``factor * t`` what it is at t. The factor is positive."""
+        """Return the slower curve r with ``r(factor * t) = q(t)``; the factor is positive."""
         return BsplineTrajectory(as_positive("factor", factor) * self.knots, self.control_points)
 
     def shift_right(self, offset: float) -> BsplineTrajectory:

@@ -129,7 +129,7 @@ class CompositeTrajectory:
         return CompositeTrajectory(tuple(change(segment) for segment in self.segments))
 
     def reverse_time(self) -> CompositeTrajectory:
-        """Return the curve the other way: at ``start_time + end_time - t`` what it is at t."""
+        """Return the reversed curve r with ``r(start_time + end_time - t) = q(t)``."""
         both = self.start_time + self.end_time
         return CompositeTrajectory(
             tuple(
@@ -139,7 +139,7 @@ class CompositeTrajectory:
         )
 
     def scale_time(self, factor: float) -> CompositeTrajectory:
-        """Return the curve slower: at ``factor * t`` what it is at t. The factor is positive."""
+        """Return the slower curve r with ``r(factor * t) = q(t)``; the factor is positive."""
         return self._each(lambda segment: segment.scale_time(factor))
 
     def shift_right(self, offset: float) -> CompositeTrajectory:

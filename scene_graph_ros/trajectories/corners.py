@@ -130,14 +130,14 @@ class CornerPath:
         return PiecewisePolynomial(breaks, pieces.control_points(degree, everything))
 
     def corner_at(self, sizes: Array, s: float) -> int:
-        """Return which rounded corner is nearest to a place s on that path."""
+        """Return the index of the rounded corner nearest to a parameter s on that path."""
         pieces = self._pieces(sizes)
         middles = pieces.lengths.cumsum() - 0.5 * pieces.lengths
         away = np.where(pieces.corners >= 0, np.abs(middles - s), np.inf)
         return int(pieces.corners[np.argmin(away)])
 
     def _pieces(self, sizes: Array) -> _Pieces:
-        """Return straight edges, or what is left of them, and what is around corners, in turn."""
+        """Return straight edges, or their remainders, and curves around corners, in turn."""
         count, k = len(self.lengths), self.points.shape[1]
         before, after = np.zeros(count), np.zeros(count)  # what corners take off each edge
         after[:-1], before[1:] = sizes[:, 0], sizes[:, 1]
@@ -194,7 +194,7 @@ class CornerPath:
 
 
 class _Pieces(NamedTuple):
-    """What a path is made of, in turn."""
+    """The pieces of a path, in turn."""
 
     lengths: Array
     """``(p,)``."""
@@ -213,7 +213,7 @@ class _Pieces(NamedTuple):
 
 
 def _apart(q: Array, units: Array) -> NDArray[np.intp]:
-    """Return which points of a path ``(n, k)`` are apart, and its ends."""
+    """Return a mask of the points of a path ``(n, k)`` that are apart, and its ends."""
     enough = _SAME * float((np.abs(np.diff(q, axis=0)) / units).max(axis=1, initial=0.0).sum())
     kept = [0]
     for row in range(1, len(q)):

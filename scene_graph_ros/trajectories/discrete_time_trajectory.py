@@ -27,7 +27,7 @@ class DiscreteTimeTrajectory:
     """``values`` ``(m, n)`` at ``times`` ``(m,)`` that grow, and nothing between them.
 
     A time is one of these where it is no farther than ``time_comparison_tolerance`` (s) from it.
-    Raises TrajectoryError for other shapes, what is not finite, and times nearer to each other
+    Raises TrajectoryError for other shapes, infinities, and times nearer to each other
     than twice the tolerance.
     """
 
@@ -111,7 +111,7 @@ class DiscreteTimeTrajectory:
         return self
 
     def reverse_time(self) -> DiscreteTimeTrajectory:
-        """Return the values the other way: at ``start_time + end_time - t`` what they are at t."""
+        """Return the reversed values: those at ``start_time + end_time - t`` are these at t."""
         times = (self.start_time + self.end_time) - self.times[::-1]
         return self._at(times, self.values[::-1])
 

@@ -1,4 +1,4 @@
-"""What is raised for trajectories and limits that make no sense."""
+"""The errors for trajectories and limits that make no sense."""
 
 from scene_graph_ros.geometry.errors import SceneGraphError
 

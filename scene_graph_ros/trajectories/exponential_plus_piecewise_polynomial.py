@@ -1,4 +1,4 @@
-"""Curves that are exponentials and a polynomial between breaks: what linear systems move along."""
+"""Curves that are exponentials and a polynomial between breaks: motions of linear systems."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from scene_graph_ros.trajectories.arguments import (
 )
 from scene_graph_ros.trajectories.errors import TrajectoryError
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
+from scene_graph_ros.trajectories.segment_lookup import segments_at
 
 __all__ = ["ExponentialPlusPiecewisePolynomial"]
 
@@ -36,7 +37,7 @@ class ExponentialPlusPiecewisePolynomial:
     modes that grow, so no exponential is above 1 however long a segment is. ``rates`` ``(k,)`` and
     ``coefficients`` ``(p, k, n)`` may be complex; ``polynomial`` has the breaks.
 
-    Raises TrajectoryError for other shapes, and for what is not finite.
+    Raises TrajectoryError for other shapes, and for infinities.
     """
 
     rates: NDArray[Any]
@@ -117,8 +118,7 @@ class ExponentialPlusPiecewisePolynomial:
         times = as_times(t)
         breaks = self.polynomial.breaks
         flat = np.atleast_1d(times).clip(breaks[0], breaks[-1])
-        last = self.polynomial.num_segments - 1
-        segments = (np.searchsorted(breaks, flat, side="right") - 1).clip(0, last)
+        segments = segments_at(breaks, flat)
         since, until = flat - breaks[segments], flat - breaks[segments + 1]
         elapsed = np.where(self._grows, until[:, None], since[:, None])
         modes = np.exp(self.rates * elapsed)
@@ -142,7 +142,7 @@ class ExponentialPlusPiecewisePolynomial:
     # Others made of it.
 
     def reverse_time(self) -> ExponentialPlusPiecewisePolynomial:
-        """Return the curve the other way: at ``start_time + end_time - t`` what it is at t."""
+        """Return the reversed curve r with ``r(start_time + end_time - t) = q(t)``."""
         coefficients = self.coefficients[::-1]
         # What neither fades nor grows is told by its value at a segment's start, then as before.
         turns = self.rates.real == 0.0
@@ -153,7 +153,7 @@ class ExponentialPlusPiecewisePolynomial:
         )
 
     def scale_time(self, factor: float) -> ExponentialPlusPiecewisePolynomial:
-        """Return the curve slower: at ``factor * t`` what it is at t. The factor is positive."""
+        """Return the slower curve r with ``r(factor * t) = q(t)``; the factor is positive."""
         return ExponentialPlusPiecewisePolynomial(
             self.rates / as_positive("factor", factor),
             self.coefficients,

@@ -25,7 +25,7 @@ class Peak(NamedTuple):
 def largest_ratios(
     curve: PiecewisePolynomial, lower: NDArray[np.float64], upper: NDArray[np.float64]
 ) -> Peak:
-    """Return how far a curve's entries reach between 0 and limits ``(n,)``, at all times.
+    """Return the largest ratios of a curve's entries to limits ``(n,)``, at all times.
 
     The ratio of a value is that to its upper limit, or to its lower one: above 1 it is beyond one
     of them. ``lower`` is negative and ``upper`` positive. A segment's values are in the hull of

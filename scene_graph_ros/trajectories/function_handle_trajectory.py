@@ -31,7 +31,7 @@ class FunctionHandleTrajectory:
 
     ``func_derivative(t, order)`` returns derivatives ``(rows,)`` from the first on; without it
     there are none. Both times may be infinite. Raises TrajectoryError for other arguments, and,
-    when it is asked, for what a function returns in another shape or not finite.
+    when it is asked, for a function's answer of another shape or not finite.
     """
 
     func: Callable[[float], ArrayLike]
@@ -41,7 +41,7 @@ class FunctionHandleTrajectory:
     func_derivative: Callable[[float, int], ArrayLike] | None = None
 
     def __post_init__(self) -> None:
-        """Check what can be checked without asking a function."""
+        """Check all that needs no call of a function."""
         if not callable(self.func):
             raise TrajectoryError(f"func must be a function of a time, not {quoted(self.func)}")
         if self.func_derivative is not None and not callable(self.func_derivative):
@@ -101,7 +101,7 @@ class FunctionHandleTrajectory:
         )
 
     def reverse_time(self) -> FunctionHandleTrajectory:
-        """Return the curve the other way: at ``start_time + end_time - t`` what it is at t.
+        """Return the reversed curve r with ``r(start_time + end_time - t) = q(t)``.
 
         Raises TrajectoryError where a time is infinite.
         """
@@ -111,7 +111,7 @@ class FunctionHandleTrajectory:
         return self._of_time(lambda t: whole - t, -1.0, self.start_time, self.end_time)
 
     def scale_time(self, factor: float) -> FunctionHandleTrajectory:
-        """Return the curve slower: at ``factor * t`` what it is at t. The factor is positive."""
+        """Return the slower curve r with ``r(factor * t) = q(t)``; the factor is positive."""
         times = as_positive("factor", factor)
         ends = times * self.start_time, times * self.end_time
         return self._of_time(lambda t: t / times, 1.0 / times, *ends)

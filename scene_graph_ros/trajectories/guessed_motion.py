@@ -11,6 +11,7 @@ from scene_graph_ros.trajectories.derivatives_of import derivatives_of
 from scene_graph_ros.trajectories.errors import RetimingError
 from scene_graph_ros.trajectories.motion_limits import MotionLimits
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
+from scene_graph_ros.trajectories.segment_lookup import segments_at
 
 __all__ = ["PathStates", "guessed_motion"]
 
@@ -143,7 +144,7 @@ def _averaged(s: Array, times: Array, ramp: float, count: int) -> PathStates:
 
     def values(at: Array) -> tuple[Array, Array, Array]:
         inside = at.clip(0.0, last)
-        k = (np.searchsorted(times, inside, side="right") - 1).clip(0, len(steps) - 1)
+        k = segments_at(times, inside)
         x = inside - times[k]
         slope = (s[k + 1] - s[k]) / steps[k]
         own = s[k] + slope * x

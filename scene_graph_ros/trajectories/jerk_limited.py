@@ -37,8 +37,8 @@ def sample_jerk_limited(
 
     It rests where the path's direction jumps, and at both ends, unless ``ends`` say how it moves
     there. Limits that it is ``judged_by`` may be wider than those that it is made for. It
-    has ``fineness`` times as many points as by default. Raises TrajectoryError for what would take
-    too long for a message.
+    has ``fineness`` times as many points as by default. Raises TrajectoryError for a motion that
+    takes too long for a message.
     """
     pieces = smooth_pieces(path)
     rates = [(0.0, 0.0)] * (len(pieces) + 1)
@@ -73,7 +73,7 @@ def _joined(parts: list[PathStates]) -> tuple[PathStates, NDArray[np.intp]]:
 
 
 def _motion(path: PiecewisePolynomial, states: PathStates) -> PathParameterizedTrajectory:
-    """Return where it is on the path at all times."""
+    """Return its parameters on the path at all times."""
     scaling = states.scaling()
     # Between two nodes s may swing beyond an end by rounding of their times.
     within = scaling.control_points.clip(path.start_time, path.end_time)

@@ -2,8 +2,8 @@
 
 A path q(s) is followed as q(s(u(t))). First u is the time of a guess, in which speed changes
 slowly; `fastest_rates` finds how fast u may pass. Then u is the time of that motion, once more.
-What is bounded is not q, but the quintics through its values at nodes evenly apart in u: these are
-what is run, and where q bends too suddenly for a limit of jerk, they bend less.
+The bounds are not on q, but on the quintics through its values at nodes evenly apart in u: these
+are what is run, and where q bends too suddenly for a limit of jerk, they bend less.
 """
 
 from __future__ import annotations
@@ -47,6 +47,10 @@ _SLOWER = 1.004
 _HOPELESS = 1.05
 """Motions that are faster than the limits by more than this factor are none."""
 
+_FINER = (1.0, 2.0, 4.0)
+"""Nodes, in units of the usual number, until there is a motion: a path of long and very short
+segments needs more than others."""
+
 _FIRST, _ROUGH, _LAST = 1.0, 1e-2, 2e-3
 """Weights of the barrier: the first, and the last ones of earlier rounds and of the last."""
 
@@ -84,14 +88,29 @@ def fastest_states(
     """Return states of the fastest motion along a smooth path, and its factor.
 
     ``start`` and ``end`` are ds/dt and its derivative there. The factor is by how much the motion
-    is too fast between two states, at least 1. Limits must have jerks.
+    is too fast between two states, at least 1. Limits must have jerks. Raises RetimingError where
+    there is none within the limits, which moving ends can ask for.
     """
     if not (any(start) or any(end)):
         straight = straight_states(path, limits, SHORTEST)
         if straight is not None:
             return straight, 1.0
-    states = guessed_motion(path, limits, start, end, fineness)
     ends = _Ends((start[0] > 0.0, end[0] > 0.0), (any(start), any(end)))
+    for finer in _FINER:
+        states = guessed_motion(path, limits, start, end, finer * fineness)
+        found = _fastest_near(states, path, limits, ends)
+        if found is not None:
+            return found
+    raise RetimingError(
+        "no motion begins and ends with these velocities and accelerations within the limits"
+        " along the path"
+    )
+
+
+def _fastest_near(
+    states: PathStates, path: PiecewisePolynomial, limits: MotionLimits, ends: _Ends
+) -> tuple[PathStates, float] | None:
+    """Return states of the fastest motion and its factor, from a guess; None if none is found."""
     for turn in range(_ROUNDS):
         weight = _LAST if turn == _ROUNDS - 1 else _ROUGH
         if turn:
@@ -99,10 +118,7 @@ def fastest_states(
         nodes = _Nodes(path, states, limits, ends)
         nodes.find(_FIRST if turn == 0 else 2.0 * _AGAIN, weight)
         if nodes.too_fast > _HOPELESS:
-            raise RetimingError(
-                "no motion begins and ends with these velocities and accelerations within the"
-                " limits along the path"
-            )
+            return None
         states = nodes.states()
     moves = any(ends.is_pinned)
     for _ in range(_STRICTER if moves else _TIGHTENINGS):
@@ -113,7 +129,7 @@ def fastest_states(
 
 
 class _Nodes:
-    """Nodes evenly apart in u, a rate at each, and what bounds it."""
+    """Nodes evenly apart in u, a rate at each, and its bounds."""
 
     def __init__(
         self, path: PiecewisePolynomial, states: PathStates, limits: MotionLimits, ends: _Ends
@@ -203,7 +219,7 @@ class _Nodes:
         return np.concatenate([[0.0], self.step * _seconds(self.rates).cumsum()])
 
     def duration(self) -> float:
-        """Return how long it takes, s; not a finite number where it would turn back."""
+        """Return the duration, s; not a finite number where it would turn back."""
         return self.step * float(_seconds(self.rates).sum())
 
     def states(self) -> PathStates:
@@ -228,7 +244,7 @@ class _Nodes:
 
 
 def _seconds(c: Array) -> Array:
-    """Return how long it takes from node to node: the integral of 1 / sqrt(b) by u."""
+    """Return the durations from node to node: the integral of 1 / sqrt(b) by u."""
     total = np.zeros(len(c) - 3)
     for x, weight in _GAUSS:
         y = 1.0 - x

@@ -50,7 +50,7 @@ AT_REST = MotionEnds()
 def moving_end(
     rates: EndRates, edge: Array, units: Array, side: float
 ) -> tuple[MovingEnd | None, tuple[float, float]]:
-    """Return how a path has to begin or end, and the speed along it, with its derivative.
+    """Return the direction in which a path begins or ends, and the speed, with its derivative.
 
     ``edge`` ``(k,)`` is the direction of its first or last edge, of length 1 in ``units``; there
     ``side`` is 1 at the start, and -1 at the end.

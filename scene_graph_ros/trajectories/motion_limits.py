@@ -85,7 +85,7 @@ class MotionLimits:
     """The largest velocities, accelerations and perhaps jerks ``(n,)`` of a trajectory's entries.
 
     In rad/s, rad/s^2 and rad/s^3, or m/s, m/s^2 and m/s^3; both ways alike. Raises
-    TrajectoryError for what is not from 1e-12 to 1e18, naming the entry by ``names``, or by its
+    TrajectoryError for limits outside of 1e-12 to 1e18, naming the entry by ``names``, or by its
     number.
     """
 
@@ -191,9 +191,9 @@ def find_excess(
     lower: ArrayLike | None = None,
     upper: ArrayLike | None = None,
 ) -> LimitExcess | None:
-    """Return where a trajectory is farthest beyond a limit, or None: it is within, at all times.
+    """Return a trajectory's largest excess over a limit, or None: it is within, at all times.
 
-    That is proven by bounds of its polynomials, not by samples. What is beyond a limit by less
+    That is proven by bounds of its polynomials, not by samples. A value beyond a limit by less
     than 1e-12 of it is at it. ``lower`` and ``upper`` ``(n,)`` are limits of its values, 1e-9
     beyond which is still at them. Raises TrajectoryError for a trajectory that is no polynomials.
     """
@@ -253,7 +253,7 @@ def worst_ratio(trajectory: PiecewisePolynomial, limits: MotionLimits) -> LimitE
 def _largest_jump(
     trajectory: PiecewisePolynomial, accelerations: PiecewisePolynomial, limits: MotionLimits
 ) -> LimitExcess | None:
-    """Return where an acceleration jumps, by more than rounding: there the jerk is infinite."""
+    """Return the largest jump of acceleration, beyond rounding: there the jerk is infinite."""
     assert limits.jerks is not None
     points, steps = accelerations.control_points, np.diff(trajectory.breaks)
     if len(points) < 2:
@@ -272,7 +272,7 @@ def _largest_jump(
 def _beyond(
     trajectory: PiecewisePolynomial, limit: NDArray[np.float64], side: float
 ) -> LimitExcess | None:
-    """Return where values are farthest beyond limits, if they are."""
+    """Return the largest excess of values over limits, if there is one."""
     finite = np.isfinite(limit)
     shifted = np.where(finite, side * (trajectory.control_points - limit), 0.0)
     moved = PiecewisePolynomial(trajectory.breaks, shifted)
@@ -314,7 +314,7 @@ def _narrowest(
 def _by_name(
     tree: NamedPositions, what: str, given: Mapping[str, float] | float
 ) -> dict[str, float]:
-    """Return limits by position of what is given by position, or once for all."""
+    """Return limits by position, also if they are given once for all."""
     if isinstance(given, Mapping):
         return _known(tree, what, given)
     one = as_float(given)

@@ -24,9 +24,9 @@ _BEYOND = 1e-9
 class PathParameterizedTrajectory:
     """The trajectory ``path.value(time_scaling.value(t))``.
 
-    ``path`` is a curve q(s) in n dimensions, ``time_scaling`` one of a single row, s(t). What
-    `derivative` returns has an ``order`` above 0: it is ``factor`` times the derivative of that
-    order by time. Raises TrajectoryError where ``time_scaling`` has more rows, or leaves the path.
+    ``path`` is a curve q(s) in n dimensions, ``time_scaling`` one of a single row, s(t). An answer
+    of `derivative` has an ``order`` above 0: it is ``factor`` times the derivative of that order
+    by time. Raises TrajectoryError where ``time_scaling`` has more rows, or leaves the path.
     """
 
     path: PiecewisePolynomial
@@ -101,12 +101,12 @@ class PathParameterizedTrajectory:
     # Others made of it.
 
     def reverse_time(self) -> PathParameterizedTrajectory:
-        """Return it the other way: at ``start_time + end_time - t`` what it is at t."""
+        """Return the reversed curve r with ``r(start_time + end_time - t) = q(t)``."""
         reverse = self.time_scaling.reverse_time()
         return replace(self, time_scaling=reverse, factor=(-1.0) ** self.order * self.factor)
 
     def scale_time(self, factor: float) -> PathParameterizedTrajectory:
-        """Return it slower: at ``factor * t`` what it is at t. The factor is positive."""
+        """Return the slower curve r with ``r(factor * t) = q(t)``; the factor is positive."""
         slower = self.time_scaling.scale_time(factor)
         return replace(self, time_scaling=slower, factor=float(factor) ** self.order * self.factor)
 

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.trajectories.arguments import (
+    as_breaks,
     as_finite,
     as_numbers,
     as_order,
@@ -29,6 +30,7 @@ from scene_graph_ros.trajectories.interpolants import (
     monotone_slopes,
     smooth_slopes,
 )
+from scene_graph_ros.trajectories.segment_lookup import segments_at
 
 __all__ = ["PiecewisePolynomial"]
 
@@ -38,12 +40,12 @@ __all__ = ["PiecewisePolynomial"]
 class PiecewisePolynomial:
     """A curve in n dimensions: a polynomial of one degree on each of p segments.
 
-    ``breaks`` ``(p + 1,)`` grow, in s or whatever the parameter is. ``control_points``
+    ``breaks`` ``(p + 1,)`` grow, in s or the parameter's unit. ``control_points``
     ``(p, degree + 1, n)`` are each segment's Bézier points (Bernstein's basis), so the curve is
     in their hull, and its derivatives in the hulls of their differences (Farin, *Curves and
     Surfaces for CAGD*, 2002, chapters 4 and 5). Segments need not fit together.
 
-    Raises TrajectoryError for other shapes, and for what is not finite or does not grow.
+    Raises TrajectoryError for other shapes, for infinities and for breaks that do not grow.
     """
 
     breaks: NDArray[np.float64]
@@ -51,18 +53,13 @@ class PiecewisePolynomial:
 
     def __post_init__(self) -> None:
         """Check and freeze the arrays."""
-        breaks = as_numbers("breaks", self.breaks)
+        breaks = as_breaks(self.breaks)
         points = as_numbers("control_points", self.control_points)
-        if breaks.ndim != 1 or len(breaks) < 2:
-            raise TrajectoryError(f"breaks must be two numbers or more, not {breaks.shape}")
         if points.ndim != 3 or len(points) != len(breaks) - 1 or not points.shape[1]:
             raise TrajectoryError(
                 f"control_points must have shape ({len(breaks) - 1}, degree + 1, n), one segment"
                 f" between two breaks, not {points.shape}"
             )
-        if not (np.diff(breaks) > 0.0).all():
-            i = int(np.argmin(np.diff(breaks)))
-            raise TrajectoryError(f"breaks must grow: {breaks[i]} is before {breaks[i + 1]}")
         for name, array in (("breaks", breaks), ("control_points", points)):
             array.setflags(write=False)
             object.__setattr__(self, name, array)
@@ -208,8 +205,7 @@ class PiecewisePolynomial:
         """
         times = as_times(t)
         flat = np.atleast_1d(times).clip(self.breaks[0], self.breaks[-1])
-        last = self.num_segments - 1
-        segments = (np.searchsorted(self.breaks, flat, side="right") - 1).clip(0, last)
+        segments = segments_at(self.breaks, flat)
         low, high = self.breaks[segments], self.breaks[segments + 1]
         result = evaluated(self.control_points[segments], (flat - low) / (high - low))
         return result if times.ndim else result[0]
@@ -224,13 +220,13 @@ class PiecewisePolynomial:
     # Others made of it.
 
     def reverse_time(self) -> PiecewisePolynomial:
-        """Return the curve the other way: at ``start_time + end_time - t`` what it is at t."""
+        """Return the reversed curve r with ``r(start_time + end_time - t) = q(t)``."""
         breaks = (self.start_time + self.end_time) - self.breaks[::-1]
         breaks[[0, -1]] = self.start_time, self.end_time
         return PiecewisePolynomial(breaks, self.control_points[::-1, ::-1])
 
     def scale_time(self, factor: float) -> PiecewisePolynomial:
-        """Return the curve slower: at ``factor * t`` what it is at t. The factor is positive."""
+        """Return the slower curve r with ``r(factor * t) = q(t)``; the factor is positive."""
         return PiecewisePolynomial(
             as_positive("factor", factor) * self.breaks, self.control_points
         )
@@ -310,7 +306,7 @@ def _as_row(name: str, values: ArrayLike, size: int) -> NDArray[np.float64]:
 
 
 def _samples(breaks: ArrayLike, **samples: ArrayLike) -> list[NDArray[np.float64]]:
-    """Return breaks ``(p + 1,)`` and what is given at each, ``(p + 1, n)`` alike."""
+    """Return breaks ``(p + 1,)`` and the samples at each, ``(p + 1, n)`` alike."""
     t = as_numbers("breaks", breaks)
     result, shape = [t], None
     for name, values in samples.items():

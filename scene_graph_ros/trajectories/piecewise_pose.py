@@ -56,7 +56,7 @@ class PiecewisePose:
     def make_linear(cls, times: ArrayLike, poses: ArrayLike) -> PiecewisePose:
         """Return straight lines through poses ``(p + 1, 4, 4)``, m, turning evenly.
 
-        Raises TrajectoryError for other times, InvalidPoseError for what is no pose.
+        Raises TrajectoryError for other times, InvalidPoseError for a matrix that is no pose.
         """
         t, X = _given(times, poses)
         return cls(
@@ -138,11 +138,11 @@ class PiecewisePose:
         return bool(max(apart) <= tolerance)
 
     def reverse_time(self) -> PiecewisePose:
-        """Return the poses the other way: at ``start_time + end_time - t`` what they are at t."""
+        """Return the reversed poses: those at ``start_time + end_time - t`` are these at t."""
         return PiecewisePose(self.position.reverse_time(), self.orientation.reverse_time())
 
     def scale_time(self, factor: float) -> PiecewisePose:
-        """Return the poses slower: at ``factor * t`` what they are at t."""
+        """Return the slower poses: those at ``factor * t`` are these at t."""
         return PiecewisePose(self.position.scale_time(factor), self.orientation.scale_time(factor))
 
     def shift_right(self, offset: float) -> PiecewisePose:

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.trajectories.arguments import (
+    as_breaks,
     as_finite,
     as_numbers,
     as_order,
@@ -18,6 +19,7 @@ from scene_graph_ros.trajectories.arguments import (
 )
 from scene_graph_ros.trajectories.errors import TrajectoryError
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
+from scene_graph_ros.trajectories.segment_lookup import segments_at
 
 __all__ = ["PiecewiseQuaternionSlerp"]
 
@@ -43,10 +45,8 @@ class PiecewiseQuaternionSlerp:
 
     def __post_init__(self) -> None:
         """Check and freeze the arrays."""
-        breaks = as_numbers("breaks", self.breaks)
+        breaks = as_breaks(self.breaks)
         quaternions = as_numbers("quaternions", self.quaternions)
-        if breaks.ndim != 1 or len(breaks) < 2 or not (np.diff(breaks) > 0.0).all():
-            raise TrajectoryError("breaks must be two numbers or more, and grow")
         if quaternions.shape != (len(breaks), 4):
             raise TrajectoryError(
                 f"quaternions must have shape ({len(breaks)}, 4), not {quaternions.shape}"
@@ -127,12 +127,12 @@ class PiecewiseQuaternionSlerp:
         return PiecewisePolynomial(self.breaks, omega[:, np.newaxis]).derivative(count - 1)
 
     def reverse_time(self) -> PiecewiseQuaternionSlerp:
-        """Return the curve the other way: at ``start_time + end_time - t`` what it is at t."""
+        """Return the reversed curve r with ``r(start_time + end_time - t) = q(t)``."""
         breaks = (self.start_time + self.end_time) - self.breaks[::-1]
         return PiecewiseQuaternionSlerp(breaks, self.quaternions[::-1])
 
     def scale_time(self, factor: float) -> PiecewiseQuaternionSlerp:
-        """Return the curve slower: at ``factor * t`` what it is at t. The factor is positive."""
+        """Return the slower curve r with ``r(factor * t) = q(t)``; the factor is positive."""
         return PiecewiseQuaternionSlerp(
             as_positive("factor", factor) * self.breaks, self.quaternions
         )
@@ -148,7 +148,7 @@ class PiecewiseQuaternionSlerp:
     ) -> tuple[NDArray[np.float64], NDArray[np.intp], NDArray[np.float64]]:
         times = as_times(t)
         flat = np.atleast_1d(times).clip(self.start_time, self.end_time)
-        k = (np.searchsorted(self.breaks, flat, side="right") - 1).clip(0, len(self.breaks) - 2)
+        k = segments_at(self.breaks, flat)
         return times, k, (flat - self.breaks[k]) / np.diff(self.breaks)[k]
 
 

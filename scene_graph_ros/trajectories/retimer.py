@@ -1,4 +1,4 @@
-"""What finds how fast a path may be gone along: ours, or another one in its place."""
+"""Methods that find the speed along a path: ours, or another one in its place."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ __all__ = ["Retimer", "TimeOptimalRetimer", "as_grid_points"]
 
 @one_line()
 class Retimer(ABC):
-    """Finds a motion along a path within limits; whoever asks checks what it returns."""
+    """Finds a motion along a path within limits; the caller checks its answer."""
 
     stops_at_corners: bool = False
     """Whether it rests at each corner, so that none need be rounded."""

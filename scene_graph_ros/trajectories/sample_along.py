@@ -104,7 +104,7 @@ def _between(
     retimer: TimeOptimalRetimer,
     ends: MotionEnds,
 ) -> Sampled:
-    """Return a motion that moves at its ends: what is too fast is looked for with less."""
+    """Return a motion that moves at its ends: excesses of speed are looked for with less."""
     factor, found = 1.0, None
     for _ in range(_TRIES):
         within = _narrowed(limits, factor, ends)
@@ -143,8 +143,8 @@ def _mean(
     """Return points of the mean over a rise time of a retimer's motion, which keeps jerks.
 
     In a rise time accelerations change by twice their limit, at most. So twice the acceleration
-    over the jerk is enough, and half of it where accelerations rise from 0 or fall to it; what is
-    between may still be faster, though it is slowed down.
+    over the jerk is enough, and half of it where accelerations rise from 0 or fall to it; the part
+    in between may still be faster, though it is slowed down.
     """
     assert limits.jerks is not None
     enough = 2.0 * float((limits.accelerations / limits.jerks).max())

@@ -58,7 +58,7 @@ def gentler(limits: MotionLimits) -> MotionLimits:
 
 
 class Sampled(NamedTuple):
-    """Points, and what is left beyond a limit: nothing, as a rule."""
+    """Points, and their excess over a limit: none, as a rule."""
 
     points: TrajectoryPoints
     excess: LimitExcess | None
@@ -84,7 +84,7 @@ def slowed(
 
     ``points_at`` gives its points at whole nanoseconds, so many times slower than it is. After so
     many ``rounds`` the rest of the excess is returned, with a factor that may do. Raises
-    TrajectoryError for what would take too long for a message.
+    TrajectoryError for a motion that takes too long for a message.
     """
     for turn in range(rounds):
         nanoseconds = np.rint(times * factor * 1e9)
@@ -116,12 +116,12 @@ def sample(
     ``rise_time`` around it, which keeps all limits of velocity and acceleration, makes the
     acceleration continuous and its jerk twice the acceleration over the ``rise_time`` at most, and
     takes so much longer; points have accelerations, and quintics run through them. So they do
-    ``with_accelerations``, which are a motion's own that do not jump. What runs through the points
-    is not quite what was sampled, so it is measured, and slowed down until it is within the
+    ``with_accelerations``, which are a motion's own that do not jump. The curve through the points
+    is not quite the sampled one, so it is measured, and slowed down until it is within the
     limits.
 
     Where the motion stops on its way, it waits for the ``rise_time``: so it stays on its path.
-    Raises TrajectoryError for what would take too long for a message.
+    Raises TrajectoryError for a motion that takes too long for a message.
     """
     if rise_time > 0.0:
         motion = _with_rests(motion, rise_time)

@@ -16,7 +16,7 @@ _SMOOTH = 1e-9
 
 
 def corners_of(path: PiecewisePolynomial) -> NDArray[np.intp]:
-    """Return which segments of a path q(s) begin at a corner, where q' jumps; not the first."""
+    """Return the segments of a path q(s) that begin at a corner, where q' jumps; not the first."""
     first = path.derivative().control_points
     before, after = first[:-1, -1], first[1:, 0]
     size = np.maximum(np.abs(before), np.abs(after)).max(axis=1, keepdims=True)

@@ -74,11 +74,11 @@ class StackedTrajectory:
         return self._each(lambda part: part.derivative(order))
 
     def reverse_time(self) -> StackedTrajectory:
-        """Return the curve the other way: at ``start_time + end_time - t`` what it is at t."""
+        """Return the reversed curve r with ``r(start_time + end_time - t) = q(t)``."""
         return self._each(lambda part: part.reverse_time())
 
     def scale_time(self, factor: float) -> StackedTrajectory:
-        """Return the curve slower: at ``factor * t`` what it is at t. The factor is positive."""
+        """Return the slower curve r with ``r(factor * t) = q(t)``; the factor is positive."""
         return self._each(lambda part: part.scale_time(factor))
 
     def shift_right(self, offset: float) -> StackedTrajectory:

@@ -63,7 +63,7 @@ def straight_states(
 
 
 def _phases(length: float, v: float, a: float, jerk: float) -> tuple[float, float, float]:
-    """Return how long an acceleration rises, how long it stays, and how long a speed stays, s."""
+    """Return the times, s, of a rising acceleration, a constant one, and a constant speed."""
     if a * a >= v * jerk:
         rise, hold = math.sqrt(v / jerk), 0.0
     else:

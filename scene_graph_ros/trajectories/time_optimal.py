@@ -61,7 +61,7 @@ def retime(
     Along straight segments it is the exact optimum; along a curved one it speeds up or slows down
     evenly on each of ``grid_points`` equal stretches. It stops at corners, where the path's
     direction jumps. Along segments up to degree 2 the limits hold at all times, to rounding; along
-    others at the ends of all stretches, and `find_excess` says what is beyond between them.
+    others at the ends of all stretches, and `find_excess` has the excess between them.
 
     Raises TrajectoryError for limits of another dimension, and for a path that is no polynomials,
     that jumps or has a segment that goes nowhere; RetimingError for speeds that are too fast.
@@ -227,7 +227,7 @@ def _demand_within(where: str, square: float, most: float) -> None:
 
 
 def straight_segments(path: PiecewisePolynomial) -> NDArray[np.bool_]:
-    """Tell which segments are straight and evenly parameterized, but for rounding."""
+    """Return a mask of segments that are straight and evenly parameterized, but for rounding."""
     points = path.control_points
     if points.shape[1] < 3:
         return np.ones(len(points), dtype=np.bool_)

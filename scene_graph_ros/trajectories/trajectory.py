@@ -1,4 +1,4 @@
-"""What every curve in time answers."""
+"""The interface of curves in time."""
 
 from __future__ import annotations
 
@@ -43,10 +43,10 @@ class Trajectory(Protocol):
         """Return its derivative of an order from 0 on."""
 
     def reverse_time(self) -> Trajectory:
-        """Return the curve the other way: at ``start_time + end_time - t`` what it is at t."""
+        """Return the reversed curve r with ``r(start_time + end_time - t) = q(t)``."""
 
     def scale_time(self, factor: float) -> Trajectory:
-        """Return the curve slower: at ``factor * t`` what it is at t. The factor is positive."""
+        """Return the slower curve r with ``r(factor * t) = q(t)``; the factor is positive."""
 
     def shift_right(self, offset: float) -> Trajectory:
         """Return the curve later by ``offset``."""

@@ -1,4 +1,4 @@
-"""A trajectory as controllers take it: points in time, and what runs through them."""
+"""A trajectory as controllers take it: points in time, and the curve through them."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ __all__ = ["TrajectoryPoints"]
 @one_line()
 @dataclass(frozen=True, eq=False)
 class TrajectoryPoints:
-    """Points that a trajectory passes, and what they say of it there.
+    """Points that a trajectory passes, with its derivatives there.
 
     ``nanoseconds`` ``(m,)`` grow. ``positions`` are ``(m, n)``, as are ``velocities`` and
-    ``accelerations`` where they are there. Between points it is what ROS 2's
+    ``accelerations`` where they are there. Between points it is the curve that ROS 2's
     joint_trajectory_controller runs: lines, with velocities cubics, with accelerations quintics.
 
-    Raises TrajectoryError for other shapes, times that do not grow, and what is not finite.
+    Raises TrajectoryError for other shapes, times that do not grow, and infinities.
     """
 
     nanoseconds: NDArray[np.int64]
@@ -72,9 +72,9 @@ class TrajectoryPoints:
     def of_curve(
         cls, curve: Trajectory, nanoseconds: ArrayLike, derivatives: int = 2
     ) -> TrajectoryPoints:
-        """Return what a curve and as many of its derivatives, 0 to 2, are at times ``(m,)`` in ns.
+        """Return a curve and as many of its derivatives, 0 to 2, at times ``(m,)`` in ns.
 
-        Whether what runs through the points keeps limits is for `find_excess`, and whether it is
+        Whether the curve through the points keeps limits is for `find_excess`, and whether it is
         free for `prove_trajectory`. Raises TrajectoryError for times that are no whole numbers or
         outside of the curve, and for other numbers of derivatives.
         """
@@ -112,7 +112,7 @@ class TrajectoryPoints:
         )
 
     def trajectory(self) -> PiecewisePolynomial:
-        """Return what runs through the points, in s. Raises TrajectoryError for a single point."""
+        """Return the curve through the points, in s. Raises TrajectoryError for a single point."""
         times = self.nanoseconds * 1e-9
         if self.velocities is None:
             return PiecewisePolynomial.first_order_hold(times, self.positions)

@@ -6,6 +6,8 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 WIDTH = 100
+LENGTH = 400
+"""Lines of a page: tutorials, reference and measured rows have pages of their own."""
 PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/*.md")])
 
 
@@ -27,3 +29,9 @@ def test_lines_of_prose_are_no_wider_than_those_of_code(page):
         number for number, line in prose(page) if len(line) > WIDTH and " " in line.strip()[:WIDTH]
     ]
     assert not wide, f"{page.name}: lines {wide}"
+
+
+@pytest.mark.parametrize("page", sorted(ROOT.glob("docs/*.md")), ids=lambda page: page.name)
+def test_pages_are_read_at_a_sitting(page):
+    """A page that grows beyond the limit is divided."""
+    assert len(page.read_text().splitlines()) <= LENGTH

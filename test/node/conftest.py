@@ -16,10 +16,18 @@ collect_ignore_glob = [] if HAS_ROS else ["*test_*.py"]
 
 if HAS_ROS:
     from domains import own_domain
-    from node_harness import Client, kill_what_is_left, NodeProcess
+    from node_harness import Client, kill_what_is_left, NodeProcess, outputs_of_nodes
 
     from scene_graph_ros.geometry.compiled.readiness import is_ready
     from scene_graph_ros.warmup.groups import GROUPS
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_makereport(item, call):
+        """Show what the nodes have printed, where a test fails: a fault in them is told there."""
+        report = yield
+        if report.failed and (said := outputs_of_nodes()):
+            report.sections.append(("output of nodes", said))
+        return report
 
     @pytest.fixture(scope="session", autouse=True)
     def _all_kernels():

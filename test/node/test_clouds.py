@@ -43,7 +43,7 @@ def node(start_node, tmp_path_factory):
     text = scene.read_text().replace("[{name: around}]", "[{name: around}, {name: camera}]")
     scene.write_text(text.replace("xyz: [1, 0, 0]", "xyz: [0, 7, 0]"))
     options = {"plan_from_unreported": True, "max_points_per_cloud": 1000}
-    return start_node({"scene": scene, "diagnostics_rate": 20.0, "max_pose_age": 1.0, **options})
+    return start_node({"scene": scene, "diagnostics_rate": 20.0, "max_pose_age": 5.0, **options})
 
 
 @pytest.fixture(scope="module")

@@ -306,7 +306,7 @@ def test_surfaces_nobody_listens_to_are_not_computed(client, node):
         publisher.publish(message)
         stamp = message.header.stamp
         options = QueryOptions(minimal_stamp=stamp)
-        options.timeout.sec = 5
+        options.timeout.sec = 20
         assert client.call("HasCollisions", options=options).status.code == Status.OK
 
     # A subscription that ended is noticed late.

@@ -172,7 +172,7 @@ def test_the_service_says_which_vertices_take_part(client, node, publisher, refe
     from scene_graph_msgs.msg import QueryOptions
 
     asked = QueryOptions(**options)
-    asked.timeout.sec = 5
+    asked.timeout.sec = 20
     answer = client.call("ComputeDeformableContact", options=asked)
     assert answer.status.code == Status.OK, answer.status
     table = answer.table

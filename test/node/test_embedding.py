@@ -112,7 +112,7 @@ def test_a_destroyed_node_leaves_nothing_in_the_graph(domain):
         "the services of the node",
     )
     node.destroy_node()
-    wait_until(lambda: not services(), "the end of its services", timeout=20.0)
-    wait_until(lambda: "scene_graph" not in client.node.get_node_names(), "its end", timeout=20.0)
+    wait_until(lambda: not services(), "the end of its services")
+    wait_until(lambda: "scene_graph" not in client.node.get_node_names(), "its end")
     rclpy.shutdown(context=context)
     client.close()

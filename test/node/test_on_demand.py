@@ -44,7 +44,7 @@ for kind, topic in ((ContactArray, "contacts"), (MarkerArray, "markers/proximity
         kind, f"/scene_graph/{topic}", lambda m, topic=topic: got.__setitem__(topic, m), 10)
 executor = SingleThreadedExecutor()
 executor.add_node(node)
-end = time.monotonic() + 60
+end = time.monotonic() + 100
 while len(got) < 3 and time.monotonic() < end:
     executor.spin_once(timeout_sec=0.1)
 topics = sorted(name for name, _ in node.get_topic_names_and_types())

@@ -29,7 +29,7 @@ def test_the_snippet_moves_the_ball(client, start_node, domain, tmp_path):
     for height in (0.5, 0.75):
         code = block[1].replace("z=0.5", f"z={height}")
         subprocess.run(
-            [sys.executable, "-c", code], env=environment(domain), check=True, timeout=60
+            [sys.executable, "-c", code], env=environment(domain), check=True, timeout=200
         )
 
         def is_there(height=height):

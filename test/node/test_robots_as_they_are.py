@@ -78,7 +78,7 @@ def node(start_node, client, tmp_path_factory):
     message = multi_dof_joint_state_to_msg(["top"], X[None], stamp_ns=0, frame_id="world")
     message.header.stamp = before
     publisher = latched(client, MultiDOFJointState, "/table/poses", message)
-    node = start_node({"scene": scene, "diagnostics_rate": 20.0, "max_pose_age": 5.0})
+    node = start_node({"scene": scene, "diagnostics_rate": 20.0, "max_pose_age": 600.0})
     node.table = publisher
     return node
 
@@ -116,8 +116,16 @@ def test_what_the_scene_has_on_a_robot_comes_with_it(client, description):
     """Geometry and cameras on its links, and filters that name it."""
     scene = client.call("DescribeScene")
     assert any(geometry.geometry.name.endswith("tag") for geometry in scene.geometries)
-    own = "/scene_graph/cameras/head/"
-    wait_until(lambda: any(topic.startswith(own) for topic in client.topics()), "a camera")
+
+    def camera():
+        effects = client.call("ListEffects").effects
+        return next((effect for effect in effects if effect.name == "camera head"), None)
+
+    wait_until(camera, "the camera among the effects")
+    wait_until(lambda: camera().is_on, "the camera, on")
+    # The effect is on before its topics are advertised, in the same update.
+    own = {f"/scene_graph/cameras/head/{name}" for name in ("pose", "color/image", "depth/image")}
+    wait_until(lambda: own <= client.topics(), "the topics of the camera")
 
 
 @pytest.fixture(scope="module")

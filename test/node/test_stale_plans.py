@@ -40,7 +40,9 @@ def test_nobody_has_said_where_the_robot_is_then_long_ago_then_now(client, actio
     wait_until(is_there, "the ball where it was three seconds ago")
     result, _ = Sent(action, goals=at(0.5), max_state_age=1.0).end()
     assert result.status.code == Status.STALE
-    assert "the last report of slide/rail 3." in result.status.message
+    assert "the last report of slide/rail " in result.status.message
     assert "max_state_age is 1 s" in result.status.message
+    # On a busy machine the report may be too old by now for the node's own limit, too.
+    wait_until(is_there, "a newer report")
     result, _ = Sent(action, goals=at(0.5)).end()
     assert (result.status.code, list(result.path.positions)) == (Status.OK, [0.25, 0.5])

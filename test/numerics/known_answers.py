@@ -2,9 +2,9 @@
 
 Run it as ``python test/numerics/known_answers.py``: a line for each, and exit code 1 where one is
 off by more than its page states. What is asked passes BLAS, NumPy's functions or a solver, so its
-last bits depend on the machine; the errors that `docs/convex_sets.md` and `docs/trajectories.md`
-state do not. With ``--off 0 1e-12`` they are asked twice, the second time with all inputs off by
-so much, one way or the other.
+last bits depend on the machine; the errors that `docs/convex_sets_measured.md` and
+`docs/trajectories.md` state do not. With ``--off 0 1e-12`` they are asked twice, the second time
+with all inputs off by so much, one way or the other.
 """
 
 import argparse

@@ -12,6 +12,7 @@ import sys
 import tempfile
 import threading
 from typing import Any
+import weakref
 
 from forked import ForkedProcess
 import rclpy
@@ -74,6 +75,21 @@ def kill_what_is_left(domain: int) -> None:
             _started.remove((where, process))
 
 
+_nodes: weakref.WeakSet[NodeProcess] = weakref.WeakSet()
+
+LAST_LINES = 60
+"""Lines of a node's output that a failed test shows."""
+
+
+def outputs_of_nodes() -> str:
+    """Return the last lines of each node that runs, as a failed test is to show them."""
+    parts = []
+    for node in _nodes:
+        if node.is_alive():
+            parts += [f"node {node.process.pid}:", *node.output().splitlines()[-LAST_LINES:]]
+    return "\n".join(parts)
+
+
 RUN_NODE = "from scene_graph_ros.node.main import main\nmain()"
 
 
@@ -117,6 +133,7 @@ class NodeProcess:
         else:
             self.process = ForkedProcess(program, arguments, variables, Path(self._log.name))
         _started.append((domain, self.process))
+        _nodes.add(self)
 
     def output(self) -> str:
         """Return all that the process has printed so far."""

@@ -15,7 +15,7 @@ from rclpy.executors import ExternalShutdownException
 
 __all__ = ["DEADLINE", "SpinningThread", "wait_until"]
 
-DEADLINE = 60.0
+DEADLINE = 120.0
 """Seconds after which a test gives up waiting: far more than anything takes on a busy machine."""
 
 _running: list[SpinningThread] = []

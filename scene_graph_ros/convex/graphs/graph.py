@@ -42,10 +42,10 @@ Part = TypeVar("Part", Vertex, Edge)
 class GraphOfConvexSets:
     """Vertices are convex sets, edges have costs and constraints of a point in each.
 
-    A path visits no vertex twice. It costs what its edges and vertices cost at its points, one of
-    each set on it (Marcucci, Umenberger, Parrilo and Tedrake, "Shortest Paths in Graphs of Convex
-    Sets", SIAM Journal on Optimization 34(1), 2024). Where sets are unbounded, costs and
-    constraints have to bound the points of paths.
+    A path visits no vertex twice. Its cost is the sum of its edges' and vertices' costs at its
+    points, one of each set on it (Marcucci, Umenberger, Parrilo and Tedrake, "Shortest Paths in
+    Graphs of Convex Sets", SIAM Journal on Optimization 34(1), 2024). Where sets are unbounded,
+    costs and constraints have to bound the points of paths.
     """
 
     # What is in the tables is of the graph. An addition is one write to them; a removal happens
@@ -112,7 +112,7 @@ class GraphOfConvexSets:
         self._remove(self._removal([vertex]))
 
     def _vertices_now(self) -> dict[int, Vertex]:
-        """Return the vertices, after what is left of a removal is done."""
+        """Return the vertices, after finishing an interrupted removal."""
         self._edges.now()
         return self._vertices
 
@@ -137,7 +137,7 @@ class GraphOfConvexSets:
         self._edges.remove(writes)
 
     def _additions_undone(self) -> Undo:
-        """Return what takes back the vertices and edges that are added from now on."""
+        """Return a function that takes back the vertices and edges added from now on."""
         tables = (self._vertices_now(), self._edges.now())
         last = max(next(reversed(table), -1) for table in tables)
 

@@ -26,7 +26,8 @@ __all__ = ["ImplicitGraphOfConvexSets"]
 class ImplicitGraphOfConvexSets(abc.ABC):
     """A graph that says where one gets from a vertex when it is asked.
 
-    Derive from it, and give a vertex to begin with. `do_successors` adds to `gcs` what it needs.
+    Derive from it, and give a vertex to begin with. `do_successors` adds the needed parts to
+    `gcs`.
     """
 
     def __init__(self) -> None:
@@ -48,8 +49,8 @@ class ImplicitGraphOfConvexSets(abc.ABC):
     def successors(self, v: Vertex) -> list[Edge]:
         """Return the edges out of a vertex; the graph grows by them when they are first asked for.
 
-        Raises ConvexSetError for a vertex of another graph, and where `do_successors` returns what
-        is no edge from it.
+        Raises ConvexSetError for a vertex of another graph, and where `do_successors` returns an
+        object that is no edge from it.
         """
         self._check_vertex(v, "successors: v")
         if v.id not in self._successors:
@@ -104,7 +105,7 @@ class ImplicitGraphOfConvexSets(abc.ABC):
         than; by default nothing. The bound is proven as far as that is true. It ends where the
         cost is within ``options.gap_tolerance`` of the bound, after
         ``options.max_search_programs`` or ``max_successor_calls``. With ``max_paths_per_vertex``
-        only so many starts of paths go on from each vertex; what others could cost counts in the
+        only so many starts of paths go on from each vertex; the others' least costs count in the
         bound, so that the gap stays true.
 
         Raises ConvexSetError for a vertex of another graph.

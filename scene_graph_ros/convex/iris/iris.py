@@ -56,7 +56,7 @@ class Separation:
 @one_line()
 @dataclass(frozen=True)
 class IrisRegion:
-    """A region, what shows that it is free, and how it came about."""
+    """A region, the proof that it is free, and its history."""
 
     region: HPolyhedron
     separations: tuple[Separation, ...]

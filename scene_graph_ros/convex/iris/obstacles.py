@@ -1,4 +1,4 @@
-"""What regions ask of obstacles: where each is nearest to an ellipsoid, and how far it reaches."""
+"""Questions of regions to obstacles: nearest points to an ellipsoid, and supports."""
 
 from __future__ import annotations
 
@@ -41,9 +41,10 @@ class Obstacles:
     """Obstacles in n dimensions, with balls around them by which most are passed over."""
 
     def __init__(self, obstacles: Sequence[Any], box: Hyperrectangle) -> None:
-        """Take obstacles in a box; of what is unbounded only what is in it counts.
+        """Take obstacles in a box; of unbounded ones only the part in it counts.
 
-        Raises ConvexSetError for what is no set of the box's dimension. Empty sets don't count.
+        Raises ConvexSetError for an object that is no set of the box's dimension. Empty sets don't
+        count.
         """
         dimension = box.ambient_dimension
         for k, each in enumerate(obstacles):
@@ -107,7 +108,7 @@ class Obstacles:
         return f"obstacles[{k}] ({self._kinds[k]})"
 
     def nearest_bounds(self, B: np.ndarray, center: np.ndarray) -> np.ndarray:
-        """Return what ``|B^-1 (x - center)|`` is at least, for all x of each obstacle ``(m,)``."""
+        """Return lower bounds ``(m,)`` of ``|B^-1 (x - center)|`` for all x of each obstacle."""
         inverse = np.linalg.inv(B)
         away = np.linalg.norm((self._centers - center) @ inverse.T, axis=1)
         least = away - self._radii * np.linalg.norm(inverse, 2)
@@ -116,7 +117,7 @@ class Obstacles:
     def nearest(self, k: int, B: np.ndarray, center: np.ndarray) -> np.ndarray:
         """Return the point of an obstacle at which ``|B^-1 (x - center)|`` is least, ``(n,)``.
 
-        To rounding for hulls and ellipsoids; what is shown of a face does not rest on it.
+        To rounding for hulls and ellipsoids; the proof of a face does not rest on it.
         """
         each, V = self.sets[k], self._corners[k]
         inverse, origin = np.linalg.inv(B), np.zeros((1, len(center)))
@@ -148,7 +149,7 @@ class Obstacles:
         return np.asarray(B @ nearest_by_support(reach, np.zeros(len(center)))[1] + center)
 
     def floor(self, k: int, normal: np.ndarray) -> float:
-        """Return what ``normal . x`` is at least in an obstacle, less rounding; may be -inf."""
+        """Return a lower bound of ``normal . x`` in an obstacle, less rounding; may be -inf."""
         V = self._corners[k]
         if V is not None:
             return float((V @ normal).min())
@@ -159,7 +160,7 @@ class Obstacles:
         return -(found.value + found.gap)
 
     def beyond(self, alive: np.ndarray, normal: np.ndarray, side: float) -> np.ndarray:
-        """Return which of some obstacles have ``normal . x >= side`` everywhere, ``(m,)``."""
+        """Return a mask ``(m,)`` of the obstacles with ``normal . x >= side`` everywhere."""
         found = self._centers @ normal - self._radii * np.linalg.norm(normal) >= side
         if len(self._starts):
             floors = np.minimum.reduceat(self._stack @ normal, self._starts)
@@ -176,7 +177,7 @@ class Obstacles:
         return found & alive
 
     def beyond_proven(self, k: int, normal: np.ndarray, side: float) -> Certificate:
-        """Return what shows that no point of an obstacle has ``normal . x <= side``.
+        """Return a proof that no point of an obstacle has ``normal . x <= side``.
 
         Its kind is ``farkas``, or another where that could not be shown.
         """
@@ -215,7 +216,7 @@ def _corners(each: ConvexSet) -> np.ndarray | None:
 
 
 def _ellipsoid(each: ConvexSet) -> AffineBall | None:
-    """Return an ellipsoid as the image of a ball, None for what is none or unbounded."""
+    """Return an ellipsoid as the image of a ball, None for one that is none or unbounded."""
     if isinstance(each, AffineBall):
         return each
     if not isinstance(each, Hyperellipsoid):
@@ -255,7 +256,7 @@ def _tangent_cuts(each: ConvexSet, normal: np.ndarray) -> list[Cut]:
 
 
 def _within(each: Any, box: Hyperrectangle) -> Any:
-    """Return a set, or what is in a box of one that is unbounded."""
+    """Return a set, or the part in a box of one that is unbounded."""
     if isinstance(each, VPolytope | AffineBall | Hyperrectangle) or each.is_bounded():
         return each
     if isinstance(each, HPolyhedron):

@@ -22,7 +22,7 @@ __all__ = ["IrisOptions"]
 @one_line()
 @dataclass(frozen=True, kw_only=True)
 class IrisOptions:
-    """When growing ends, and what a region has to keep to.
+    """The end of growth, and the constraints of a region.
 
     Raises ConvexSetError, which names the option and its value.
     """

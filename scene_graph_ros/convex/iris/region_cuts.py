@@ -1,4 +1,4 @@
-"""Whether a region is free in a scene, and what reaches into it where it is not."""
+"""Whether a region is free in a scene, and the geometries that reach into it."""
 
 from __future__ import annotations
 
@@ -54,12 +54,12 @@ def find_region_cuts(
     ignored: Container[GeometryId] = frozenset(),
     among: Collection[GeometryId] | None = None,
 ) -> list[RegionCut]:
-    """Return what has a point in a bounded region ``(3,)`` of the world, by id; [] if it is free.
+    """Return the geometries that reach into a bounded region of the world, by id; [] if free.
 
-    All geometry with the proximity role counts, where it is in the query's snapshot, but what is
-    ignored; or ``among`` alone. Meshes count by their hulls, and what is deformable by the hull of
+    All geometry with the proximity role counts, where it is in the query's snapshot, but for the
+    ignored; or ``among`` alone. Meshes count by their hulls, and deformable ones by the hull of
     its vertices. That a geometry is outside is known from a face by more than rounding, or decided
-    exactly. Raises ConvexSetError for what is no such region.
+    exactly. Raises ConvexSetError for any other region.
     """
     return RegionTest(region).cuts(query, ignored=ignored, among=among)
 
@@ -81,7 +81,7 @@ class RegionTest:
         ignored: Container[GeometryId] = frozenset(),
         among: Collection[GeometryId] | None = None,
     ) -> list[RegionCut]:
-        """Return what `find_region_cuts` does."""
+        """Return the same as `find_region_cuts`."""
         check_query(query, "find_region_cuts")
         if self.is_empty:
             return []
@@ -100,7 +100,7 @@ class RegionTest:
         return [cut for cut in found if cut is not None]
 
     def _cut(self, geometry_id: GeometryId, obstacles: Obstacles, k: int) -> RegionCut | None:
-        """Return how an obstacle reaches into the region, None where it is shown not to."""
+        """Return the cut of an obstacle into the region, None where it is shown not to."""
         decision = self._region.intersects_with(obstacles.sets[k], certificate=True)
         if not decision.value:
             return None
@@ -142,7 +142,7 @@ def _near(
     ignored: Container[GeometryId],
     among: Collection[GeometryId] | None,
 ) -> Sequence[SceneObstacle]:
-    """Return what no ball around it shows to be beyond a face, by id."""
+    """Return the geometries that no ball shows to be beyond a face, by id."""
     inspector, snapshot = query.inspector(), query.snapshot
     arrays, X_WG = snapshot.proximity, snapshot.X_WG
     extents = extents_of(arrays.table)

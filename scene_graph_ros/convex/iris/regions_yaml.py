@@ -36,7 +36,7 @@ def save_iris_regions_yaml_file(
 ) -> None:
     """Write regions by name, each number so that it is read as it was.
 
-    With ``child_name`` below that key. Raises ConvexSetError for what is no region, OSError where
+    With ``child_name`` below that key. Raises ConvexSetError for other objects, OSError where
     the file can't be written.
     """
     path = _path(filename, "save_iris_regions_yaml_file")
@@ -44,7 +44,7 @@ def save_iris_regions_yaml_file(
 
 
 def regions_to_yaml(regions: Mapping[str, HPolyhedron], child_name: str | None = None) -> str:
-    """Return the text of such a file. Raises ConvexSetError for what is no region."""
+    """Return the text of such a file. Raises ConvexSetError for other objects."""
     import yaml
 
     label = "save_iris_regions_yaml_file"
@@ -76,7 +76,7 @@ def load_iris_regions_yaml_file(
 ) -> dict[str, HPolyhedron]:
     """Read regions by name, in the file's order; with ``child_name`` those below that key.
 
-    Raises ConvexSetError, which names the file and the entry, for what is no region; OSError where
+    Raises ConvexSetError, which names the file and the entry, for malformed regions; OSError where
     the file can't be read.
     """
     import yaml
@@ -107,9 +107,9 @@ def _check_child_name(child_name: Any, label: str) -> None:
 def regions_from_document(
     document: Any, where: str, child_name: str | None = None
 ) -> dict[str, HPolyhedron]:
-    """Return the regions of what a YAML text says; ``where`` is its name in errors.
+    """Return the regions of a parsed YAML text; ``where`` is its name in errors.
 
-    Raises ConvexSetError for what is no region.
+    Raises ConvexSetError for malformed regions.
     """
     if child_name is not None:
         document = _entry(document, child_name, where)
@@ -119,7 +119,7 @@ def regions_from_document(
 
 
 def _kind(value: Any) -> str:
-    """Say of what kind a value of a file is: the file may be of something else."""
+    """Name the kind of a value of a file: the file may be about something else."""
     return f"a value of type {type(value).__name__}"
 
 

@@ -1,4 +1,4 @@
-"""What a scene has that collides, as convex sets."""
+"""A scene's proximity geometry as convex sets."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def make_iris_obstacles(
 
 
 def check_query(query: object, label: str) -> None:
-    """Raise ConvexSetError unless it is what geometries are asked of."""
+    """Raise ConvexSetError unless it is a query object."""
     if not isinstance(query, QueryObject):
         raise ConvexSetError(f"{label}: query must be a QueryObject, not {quoted(query)}")
 
@@ -79,7 +79,7 @@ def check_query(query: object, label: str) -> None:
 def scene_obstacles(
     query: QueryObject, ignored: Container[GeometryId] = frozenset()
 ) -> list[SceneObstacle]:
-    """Return all geometry with the proximity role but what is ignored, in the world, by id."""
+    """Return all geometry with the proximity role but ignored ones, in the world, by id."""
     check_query(query, "scene_obstacles")
     return [
         SceneObstacle(geometry_id, convex_set)
@@ -92,7 +92,7 @@ def scene_obstacles(
 def obstacles_of(query: QueryObject, geometry_id: GeometryId) -> list[ConvexSet]:
     """Return convex sets in the world that hold a geometry.
 
-    It is the geometry itself, or the hull of a mesh, or of the vertices of what is deformable; of
+    It is the geometry itself, or the hull of a mesh, or of a deformable mesh's vertices; of
     a mesh in pieces those of the pieces; of a cloud its balls, or boxes around eight of them; of a
     height field its prisms, or boxes around blocks of these.
     """

@@ -94,7 +94,7 @@ def _moved_out(row: np.ndarray, side: float, tol: float) -> Fraction:
 
 
 def _inner_point(rows: Rows) -> Proof:
-    """Return a point as deep inside as floats find it, or what `find_point` says."""
+    """Return a point as deep inside as floats find it, or the one of `find_point`."""
     deepest = find_deepest(rows)
     if is_inside(rows, deepest.x):
         return Proof("point", fractions_of(deepest.x))
@@ -219,7 +219,7 @@ def _met_first(rows: Rows, start: Proof, tol: float) -> dict[int, Proof]:
     """Return rows that a ray from a point of the set meets alone, each with a point beyond.
 
     The point is before all other rows and beyond this one moved out: so no others imply it. Rays
-    go along each row's normal; what they don't meet first may still be needed.
+    go along each row's normal; rows that they don't meet first may still be needed.
     """
     x = np.array([float(v) for v in start.vector])
     slack = rows.b - rows.A @ x
@@ -249,7 +249,7 @@ def _met_first(rows: Rows, start: Proof, tol: float) -> dict[int, Proof]:
 
 
 def _of_empty(farkas: Proof, num_rows: int) -> Reduction:
-    """Keep the rows that contradict each other: they imply all others, whatever these are."""
+    """Keep the rows that contradict each other: they imply any others."""
     kept = [i for i in range(num_rows) if farkas.vector[i] != 0]
     return Reduction(
         {i: farkas.vector for i in range(num_rows) if i not in kept}, dict.fromkeys(kept, ())

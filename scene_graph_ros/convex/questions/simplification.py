@@ -26,7 +26,7 @@ _LABEL = "HPolyhedron.simplify_by_incremental_face_translation"
 
 @dataclass(frozen=True)
 class Simplification:
-    """What the polyhedron inside has to keep, in the words of the method."""
+    """The constraints on the polyhedron inside, by the method's names."""
 
     min_volume_ratio: float = 0.1
     do_affine_transformation: bool = True
@@ -146,7 +146,7 @@ def _without_redundant(
 
 
 def _redundant(others: Any, row: np.ndarray, side: float) -> list[int]:
-    """Return which rows of a polyhedron follow from the others and one more, which stays."""
+    """Return a mask of a polyhedron's rows implied by the others and one more, which stays."""
     kind, left = type(others), list(range(len(others.b)))
     gone: list[int] = []
     for k in list(left):

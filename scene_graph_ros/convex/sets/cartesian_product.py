@@ -80,11 +80,11 @@ class CartesianProduct(ConvexSet):
 
     @property
     def b(self) -> np.ndarray | None:
-        """What is added ``(m,)``, None where there is nothing."""
+        """The offset ``(m,)``, None without one."""
         return self._b
 
     def num_factors(self) -> int:
-        """Return how many sets there are."""
+        """Return the number of sets."""
         return len(self._factors)
 
     def factor(self, index: int) -> ConvexSet:
@@ -136,7 +136,7 @@ class CartesianProduct(ConvexSet):
         return whole if self._A is None else whole / abs(float(np.linalg.det(self._A)))
 
     def _of_each(self, question: str) -> Iterator[bool]:
-        """Return what each of the sets answers; sets that come several times are asked once."""
+        """Return the answers of each set; sets that come several times are asked once."""
         different = {id(factor): factor for factor in self._factors}.values()
         return (getattr(factor, question)() for factor in different)
 

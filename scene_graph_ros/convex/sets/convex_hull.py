@@ -52,7 +52,7 @@ class ConvexHull(ConvexSet):
         return member(self._sets, index, "ConvexHull.element")
 
     def num_elements(self) -> int:
-        """Return how many sets there are."""
+        """Return the number of sets."""
         return len(self._sets)
 
     def empty_sets_removed(self) -> bool:

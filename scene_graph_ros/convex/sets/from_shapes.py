@@ -1,4 +1,4 @@
-"""What a registered geometry is as a convex set: its shape, and its pose in a reference frame."""
+"""Registered geometry as a convex set, from its shape and its pose in a reference frame."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ __all__ = [
 
 
 def is_query(value: Any) -> bool:
-    """Tell whether an argument is what geometries are asked of."""
+    """Tell whether an argument is a query object."""
     return isinstance(value, QueryObject)
 
 

@@ -1,4 +1,4 @@
-"""The rows of what a polyhedron may be made of: a geometry, a program, or another set."""
+"""The rows of a polyhedron's sources: a geometry, a program, or another set."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["rows_of"]
 
 
 def rows_of(A: Any, b: Any, reference_frame: FrameId | None) -> tuple[Any, Any]:
-    """Return ``A (m, n)`` and ``b (m,)`` of what came in their places, or what came.
+    """Return ``A (m, n)`` and ``b (m,)`` of an object in their place, or the arguments.
 
     Raises ConvexSetError for a geometry, a program or a set without such rows.
     """

@@ -240,7 +240,7 @@ class HPolyhedron(RowSet):
 
         Each of ``intersecting_polytopes`` still meets the result, by ``intersection_padding``
         beyond the face where there is room; with ``keep_whole_intersection`` moving faces take
-        nothing of what they have in common. Raises ConvexSetError for a set that is empty or
+        nothing of their intersection. Raises ConvexSetError for a set that is empty or
         unbounded, points outside and polytopes that don't meet it.
         """
         return simplified(

@@ -1,4 +1,4 @@
-"""An ellipsoid as what a quadratic form bounds; it may be unbounded."""
+"""An ellipsoid as a sublevel set of a quadratic form; it may be unbounded."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What several sets have in common."""
+"""The intersection of several sets."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Intersection(ConvexSet):
         super().__init__(common_dimension(self._elements, "Intersection"))
 
     def num_elements(self) -> int:
-        """Return how many sets there are."""
+        """Return the number of sets."""
         return len(self._elements)
 
     def element(self, index: int) -> ConvexSet:

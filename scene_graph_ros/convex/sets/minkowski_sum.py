@@ -65,7 +65,7 @@ class MinkowskiSum(ConvexSet):
         super().__init__(common_dimension(self._terms, "MinkowskiSum"))
 
     def num_terms(self) -> int:
-        """Return how many sets are added."""
+        """Return the number of summed sets."""
         return len(self._terms)
 
     def term(self, index: int) -> ConvexSet:

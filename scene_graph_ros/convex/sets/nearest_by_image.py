@@ -40,7 +40,7 @@ def nearest_by_image(
 def _of_vertices(
     vertices: np.ndarray, A: np.ndarray, p: np.ndarray, to_ball: np.ndarray
 ) -> tuple[np.ndarray, float] | None:
-    """Return the nearest point of a hull, and what no point of it is below."""
+    """Return the nearest point of a hull, and a lower bound of all its points."""
     if not len(vertices):
         return None
     image = np.linalg.solve(to_ball, (vertices - p).T).T

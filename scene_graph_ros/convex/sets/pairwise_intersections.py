@@ -169,7 +169,7 @@ def _checked(sets: Any, label: str) -> list[ConvexSet]:
 
 
 def own_box(convex_set: ConvexSet) -> Boxes | None:
-    """Return the corners of what is a box, or a point, exactly; None of other sets."""
+    """Return the corners of a box, or a point, exactly; None of other sets."""
     if isinstance(convex_set, Point):
         return convex_set.x, convex_set.x
     if isinstance(convex_set, Hyperrectangle):
@@ -188,7 +188,7 @@ def _boxes(
 ) -> Boxes:
     """Return the lower and upper corners ``(m, n)`` of boxes around sets.
 
-    With ``bounds`` boxes of what is no box are computed along these coordinates alone.
+    With ``bounds`` boxes of other sets are computed along these coordinates alone.
     """
     n = sets[0].ambient_dimension
     given = None if given is None else as_list(given, label)
@@ -322,7 +322,7 @@ def _meet(first: ConvexSet, second: ConvexSet, line: tuple[np.ndarray, np.ndarra
 def _middle_on(
     line: tuple[np.ndarray, np.ndarray], sets: tuple[ConvexSet, ConvexSet]
 ) -> np.ndarray:
-    """Return the middle of what half-spaces leave of a line, a point of it where that is none."""
+    """Return the middle of half-spaces' part of a line, a point of it where that is empty."""
     start, way = line[0], line[1] - line[0]
     low, high = 0.0, 1.0
     for each in sets:

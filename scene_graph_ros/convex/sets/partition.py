@@ -28,7 +28,7 @@ def partition_convex_set(
     """Return pieces whose union is a set, or several sets in turn, none wider than pi - epsilon.
 
     Along joints that turn without an end, as `GcsTrajectoryOptimization` asks for. Pieces of a set
-    are equally wide, and neighbours overlap by ``epsilon`` (rad). What is narrow enough stays as
+    are equally wide, and neighbours overlap by ``epsilon`` (rad). A narrow set stays as
     it is. Raises ConvexSetError without a set, for sets that are empty or unbounded along such a
     joint, and unless epsilon is between 0 and pi / 2.
     """

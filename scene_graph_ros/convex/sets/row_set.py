@@ -1,4 +1,4 @@
-"""A set of rows ``A x <= b``, and what every convex set answers, of these."""
+"""A set of rows ``A x <= b``, with the answers of every convex set."""
 
 from __future__ import annotations
 

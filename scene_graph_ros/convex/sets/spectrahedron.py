@@ -114,7 +114,7 @@ class Spectrahedron(ConvexSet):
         return joined(parts)
 
     def _holds(self, points: np.ndarray) -> np.ndarray:
-        """Tell which points have matrices without negative eigenvalues, to rounding, and rows."""
+        """Return a mask of points with positive semidefinite matrices, to rounding, and rows."""
         inside = np.ones(len(points), dtype=bool)
         if not len(points):
             return inside
@@ -224,7 +224,7 @@ def _of_program(program: ConicProgram) -> tuple[Any, ...]:
 
 
 def _depth(value: Any) -> int:
-    """Return how many lists are in each other, each the first of the one around it."""
+    """Return the depth of nested lists, each the first of the one around it."""
     depth = 0
     while isinstance(value, (list, tuple)) and value:
         value, depth = value[0], depth + 1

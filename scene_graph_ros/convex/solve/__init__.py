@@ -1,1 +1,1 @@
-"""The wall behind which programs are solved: what leaves it is proven, or says that it is not."""
+"""The wall behind which programs are solved: answers are proven, or say that they are not."""

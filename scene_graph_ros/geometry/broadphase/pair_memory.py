@@ -1,4 +1,4 @@
-"""What a context remembers of its last search for candidates: little motion, little work."""
+"""A context's memory of its last search for candidates: little motion, little work."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MAX_MARGINS = 4
 class PairMemory:
     """Finds candidate pairs of one model, in poses that follow each other.
 
-    Any number of threads may ask. Who asks takes the margin's tracker away, and puts it back when
+    Any number of threads may ask. A search takes the margin's tracker away, and puts it back when
     there is an answer: others at work meanwhile begin one of their own, and one that was
     interrupted is not asked again. The answer does not depend on what was asked before.
     """
@@ -60,5 +60,5 @@ class PairMemory:
             self._trackers.pop(margin, None)
 
     def counters(self, margin: float) -> NDArray[np.int64]:
-        """Return what was done so far for a margin: see ``tracking.COUNTERS``."""
+        """Return counts of the work so far for a margin: see ``tracking.COUNTERS``."""
         return self._trackers[margin].counters

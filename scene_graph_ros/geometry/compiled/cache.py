@@ -10,9 +10,9 @@ compiles only what depends on it. This folder counts for all, since a kernel may
 lanes that its module does not import; of named tuples the fields are part of what a kernel is
 kept by.
 
-An installation may bring kernels along (`kernel_packs`); what is not there comes from the user's
+An installation may bring kernels along (`kernel_packs`); all others come from the user's
 cache. Where that can't be written, or others may write to it, kernels are compiled anew in each
-process, and what is damaged in it is compiled anew once, with one warning.
+process, and a damaged one is compiled anew once, with one warning.
 
 Set ``SCENE_GRAPH_ROS_KERNEL_CACHE`` to place the cache elsewhere than the user's cache folder.
 """
@@ -88,7 +88,7 @@ def cache_problem() -> str:
 
 
 def _why_not_trusted(*folders: Path) -> str:
-    """Say which of the cache's folders may hold others' code, which would run as the user."""
+    """Name a cache's folder that may hold others' code, which would run as the user."""
     for folder in folders:
         try:
             problem = why_not_trusted(folder.stat())
@@ -161,10 +161,10 @@ def _fields(given: Any) -> list[Any]:
 
 
 def _held_by(function: Any) -> list[Any]:
-    """List what a function holds of the function around it: kernels and other values.
+    """List the values that a function holds of the function around it: kernels and other values.
 
     Numba pickles that, and a pickled kernel is another one in each process. Here a kernel is told
-    by its name, by what its module depends on, which the other's need not import, and by what it
+    by its name, by its module's dependencies, which the other's need not import, and by those it
     holds itself.
     """
     held: list[Any] = []
@@ -245,7 +245,7 @@ class KernelCache(caching.FunctionCache):
         return self.load_linkable(sig, target_context) if found is None else found
 
     def _load_packed(self, sig: Any, target_context: Any) -> Any:
-        """Load what the installation brings along; None where that can't be."""
+        """Load the installation's machine code; None where that can't be."""
         pack = _pack()
         module = self._py_func.__module__
         if pack is None or pack.is_damaged or not is_of_package(module):
@@ -265,7 +265,7 @@ class KernelCache(caching.FunctionCache):
         return None
 
     def load_linkable(self, sig: Any, target_context: Any) -> Any:
-        """Load what is kept in the user's cache, which callers can be compiled with, or None."""
+        """Load the user's cached machine code, which callers can be compiled with, or None."""
         key = (*self._key(sig), target_context.codegen().magic_tuple())
         try:
             data = self._cache_file.load(key) if self._is_trusted() else None
@@ -296,7 +296,7 @@ class KernelCache(caching.FunctionCache):
             _warn_of(error)
 
     def _is_trusted(self) -> bool:
-        """Tell whether what is in the folder is the user's, and of these sources; warn if not."""
+        """Tell whether the folder's files are the user's, and of these sources; warn if not."""
         try:
             problem = _why_not_trusted(cache_root(), Path(self._cache_path))
             problem = problem or _why_not_current(self._py_func)
@@ -308,7 +308,7 @@ class KernelCache(caching.FunctionCache):
         return not problem
 
     def _key(self, sig: Any) -> Any:
-        """Return what one of the function's kernels is told by, beside the processor."""
+        """Return the key of one of the function's kernels, beside the processor."""
         arguments, _ = sigutils.normalize_signature(sig)
         code = hashlib.sha256(self._py_func.__code__.co_code).hexdigest()
         held = repr(_held_by(self._py_func))
@@ -316,7 +316,7 @@ class KernelCache(caching.FunctionCache):
 
 
 def _why_not_current(function: Any) -> str:
-    """Say which source of a kernel may be another than the one that this process imported.
+    """Name a source of a kernel that may be another than the one that this process imported.
 
     Folders are named by sources as they are when a kernel is first asked for.
     """

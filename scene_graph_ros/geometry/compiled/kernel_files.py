@@ -1,9 +1,9 @@
 """The files in which compiled kernels are kept: each is whole and the user's own, or absent.
 
-What is read here is unpickled and run, so a byte that a power cut, a bad disk or somebody else
-changed would crash the process or take it over. Each file of machine code is named by a digest of
-its bytes, and the index that leads there begins with a digest of its own. Files are synced before
-they replace others, so that a power cut leaves the old one or the new one.
+Files that are read here are unpickled and run, so a byte that a power cut, a bad disk or somebody
+else changed would crash the process or take it over. Each file of machine code is named by a
+digest of its bytes, and the index that leads there begins with a digest of its own. Files are
+synced before they replace others, so that a power cut leaves the old one or the new one.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _OTHERS_MAY_WRITE = 0o022
 def why_not_trusted(status: os.stat_result) -> str:
     """Say why a file or folder may hold somebody else's code; "" where it can't.
 
-    Root could change what the user runs in any case.
+    Root could change the user's programs in any case.
     """
     if status.st_uid not in (0, os.geteuid()):
         return f"belongs to another user, {status.st_uid}"
@@ -53,16 +53,16 @@ class KernelFiles:
     def __init__(self, folder: str, base: str, stamp: Any) -> None:
         """Read and write files of names that begin with ``base``.
 
-        ``stamp`` is the source's; None reads what is there whatever its source.
+        ``stamp`` is the source's; None reads files of any source.
         """
         self._folder, self._base, self._stamp = Path(folder), base, stamp
         self._index = self._folder / f"{base}.nbi"
 
     def load(self, key: Any) -> Any:
-        """Return what is kept for a key, None where nothing is.
+        """Return the value kept for a key, None without one.
 
-        Raises ValueError for what is not as it was written, OSError for what can't be read, and
-        whatever unpickling raises.
+        Raises ValueError for files that are not as written, OSError for unreadable ones, and
+        any error of unpickling.
         """
         try:
             names = self._names().get(key)
@@ -71,7 +71,7 @@ class KernelFiles:
             return None
 
     def load_beside(self, key: Any) -> bytes | None:
-        """Return the bytes that are kept beside what `load` returns; raises as `load` does."""
+        """Return the bytes that are kept beside the value of `load`; raises as `load` does."""
         try:
             names = self._names().get(key)
             return None if names is None else self._data(names[1])

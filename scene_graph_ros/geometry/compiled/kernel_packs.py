@@ -2,7 +2,7 @@
 
 A wheel has a pack for each of the levels x86-64-v2, -v3 and -v4 (System V ABI for AMD64, section
 3.1.1). A pack is one file, mapped into memory: a line with the digest of its head, the head, which
-says whom it is for and where each function's kernels are, and the kernels, each with a digest.
+has its platform and where each function's kernels are, and the kernels, each with a digest.
 There is no bitcode in it (`lean_code`).
 
 A pack is trusted as the code beside it is: a wheel's record has its digest, and it belongs to
@@ -72,7 +72,7 @@ class Place(NamedTuple):
 
 
 def made_for() -> dict[str, str]:
-    """Return whom kernels are compiled for by this process, beside the processor."""
+    """Return the platform of this process's kernels, beside the processor."""
     return {
         "numba": numba.__version__,
         "Python": "{}.{}".format(*sys.version_info),

@@ -1,4 +1,4 @@
-"""Machine code of a kernel without what only callers need that are compiled anew.
+"""Machine code of a kernel without the parts for callers that are compiled anew.
 
 Numba keeps three things of a kernel: its machine code, its bitcode, from which it is merged into
 whoever calls it from compiled code, and its annotated source. The bitcode is twice as large as the
@@ -31,7 +31,7 @@ def no_bitcode() -> None:
 
 
 def lean_code(reduced: tuple[Any, ...]) -> tuple[LeanCode, bytes]:
-    """Divide what numba would keep of a kernel into what a call from Python needs, and bitcode."""
+    """Divide numba's data of a kernel into the part for calls from Python, and bitcode."""
     (name, _, (machine_code, bitcode)), fndesc, environment, signature, *rest = reduced
     objectmode, lifted, _, reload_init, referenced_envs = rest
     assert not objectmode
@@ -94,7 +94,7 @@ class _LeanLibrary(JITCodeLibrary):
 def rebuild(target_context: Any, kept: LeanCode, bitcode: Bitcode) -> CompileResult:
     """Return a kernel of kept code.
 
-    Raises whatever numba and LLVM raise for what is no such code.
+    Raises the errors of numba and LLVM for other data.
     """
     _prepare(target_context, kept["symbols"])
     for initialize in kept["reload_init"]:

@@ -1,4 +1,4 @@
-"""Write a pack of the kernels that are in the cache: `kernel_packs` says what it consists of."""
+"""Write a pack of the kernels that are in the cache: `kernel_packs` has its format."""
 
 from __future__ import annotations
 

@@ -76,7 +76,7 @@ class Compilations(event.Listener):
         began: Callable[[str], None] = _ignore,
         ended: Callable[[str], None] = _ignore,
     ) -> None:
-        """Listen from now on, in whatever thread compiles, until `stop`."""
+        """Listen from now on, in any thread that compiles, until `stop`."""
         self._began, self._ended = began, ended
         self._listens = True
         _watches.append(self)

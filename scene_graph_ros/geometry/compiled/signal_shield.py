@@ -1,8 +1,8 @@
-"""What must not be interrupted is done in a thread that no signal reaches.
+"""Work that must not be interrupted is done in a thread that no signal reaches.
 
-Numba reads its registries when it first compiles or loads a kernel, and takes off each what it
-has read. An exception in between, such as Ctrl-C, leaves a process in which some functions have no
-meaning any more. Signals are delivered to the main thread alone, which here only waits.
+Numba reads its registries when it first compiles or loads a kernel, and takes off each the entries
+that it has read. An exception in between, such as Ctrl-C, leaves a process in which some functions
+have no meaning any more. Signals are delivered to the main thread alone, which here only waits.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ __all__ = ["shielded"]
 
 
 def shielded(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a function that compiles, made to end whatever signal comes meanwhile.
+    """Return a function that compiles, made to end in spite of signals meanwhile.
 
     The exception of a signal leaves the call at once, and the thread goes on to its end.
     """

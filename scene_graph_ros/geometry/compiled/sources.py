@@ -78,7 +78,7 @@ def files_of(module: str) -> Iterator[Path]:
 
 @functools.cache
 def _source(name: str) -> bytes:
-    """Return the source of one of the package's modules, nothing for what is none of them."""
+    """Return the source of one of the package's modules, empty for any other."""
     path = _file_of(name)
     return b"" if path is None else path.read_bytes()
 
@@ -119,7 +119,7 @@ def _closure(module: str) -> frozenset[str]:
 
 @functools.cache
 def folder_of(module: str) -> str:
-    """Name the folder of a module's kernels: a digest of what decides their machine code."""
+    """Name the folder of a module's kernels: a digest of all that decides their machine code."""
     digest = hashlib.blake2b(digest_size=8)
     for name in sorted(_closure(module)):
         digest.update(name.encode())

@@ -1,1 +1,1 @@
-"""Polygons and tetrahedra cut by planes, and the walks that find what meets."""
+"""Polygons and tetrahedra cut by planes, and the tree walks that find overlaps."""

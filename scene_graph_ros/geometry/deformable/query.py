@@ -1,6 +1,6 @@
 """Deformable contact of one snapshot.
 
-What is computed of a pair is said in ``against_rigid.py`` and ``between_bodies.py``.
+The answer about a pair is described in ``against_rigid.py`` and ``between_bodies.py``.
 """
 
 from __future__ import annotations

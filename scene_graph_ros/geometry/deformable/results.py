@@ -1,4 +1,4 @@
-"""What deformable contact returns."""
+"""The result tables of deformable contact."""
 
 from __future__ import annotations
 
@@ -170,7 +170,7 @@ class DeformableContact(Sequence[DeformableContactSurface]):
         return self._participation
 
     def contact_participation(self, geometry_id: GeometryId) -> ContactParticipation:
-        """Return which vertices of a geometry are in contact.
+        """Return a mask of the vertices of a geometry that are in contact.
 
         Raises UnknownIdError if it was no deformable geometry with the proximity role.
         """

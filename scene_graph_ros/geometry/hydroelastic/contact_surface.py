@@ -1,4 +1,4 @@
-"""Contact surfaces: what the queries about pressure return.
+"""Contact surfaces: the results of queries about pressure.
 
 Between two bodies M and N, ``id_M < id_N``, the contact surface is where their pressures are
 equal, or where the one that is rigid ends. Faces are flat and pressure is linear on each, so that
@@ -165,7 +165,7 @@ class ContactSurface:
     def force_and_moment(self, p_WP: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Return force (3,) N and moment (3,) Nm about point P of the pressure on M, in W.
 
-        What acts on N is the opposite. Exact for the linear pressure of each face; where it is
+        On N acts the opposite. Exact for the linear pressure of each face; where it is
         negative, in a margin, it counts as zero. Raises QueryArgumentError if ``p_WP`` is not
         three finite numbers.
         """

@@ -20,7 +20,7 @@ Color = tuple[float, float, float]
 
 
 class Uses(NamedTuple):
-    """What an OBJ file says of materials."""
+    """An OBJ file's uses of materials."""
 
     libraries: list[str]
     """The names of MTL files, as they stand behind ``mtllib``: a name may have blanks in it."""
@@ -31,7 +31,7 @@ class Uses(NamedTuple):
 
 
 class MtlMaterial(NamedTuple):
-    """What an MTL file says of a material's colour."""
+    """A material's colour in an MTL file."""
 
     color: Color | None = None
     """``Kd``."""

@@ -1,4 +1,4 @@
-"""What MTL files say of the triangles of an OBJ file, read once for colours and pictures."""
+"""The MTL materials of an OBJ file's triangles, read once for colours and pictures."""
 
 from __future__ import annotations
 

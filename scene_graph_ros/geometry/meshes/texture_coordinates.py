@@ -55,7 +55,7 @@ def texture_coordinates(shape: MeshShape) -> Coordinates:
 
 
 def coordinates_of_file(shape: MeshShape) -> Coordinates:
-    """Return what ``texture_coordinates`` does, for scale 1, with NaN where the file has none.
+    """Return the same as ``texture_coordinates``, for scale 1, with NaN where the file has none.
 
     Raises MeshError for files that can't have any, and as ``load_surface`` does.
     """

@@ -1,6 +1,6 @@
 """Pictures that surfaces are covered with: PNG and JPEG files, read by Pillow when one is named.
 
-What is read is kept by path, so that a hundred geometries share one picture, and a file that goes
+Pictures are kept by path, so that a hundred geometries share one picture, and a file that goes
 away later takes nothing from a scene. A file that has changed is read again when it is named
 again.
 """
@@ -11,7 +11,6 @@ import hashlib
 import io
 import os
 from pathlib import Path
-import threading
 from typing import Any, NamedTuple
 import warnings
 
@@ -69,8 +68,8 @@ class Texture(NamedTuple):
     """Which file it was read from; None for a part of a mesh's."""
 
 
-_lock = threading.RLock()  # A thread that is interrupted may come once more.
 _known: dict[str, Texture] = {}
+"""By name, the newest last. Each step is one operation of a dict: no lock is left behind."""
 
 
 def place_of(path: str | os.PathLike[str]) -> str:
@@ -89,9 +88,9 @@ def read_texture(path: str | os.PathLike[str]) -> Texture:
     try:
         status = find_file(place)
         stamp = (status.st_mtime_ns, status.st_size)
-        with _lock:
-            if place in _known and _known[place].stamp == stamp:
-                return _known[place]
+        known = _known.get(place)
+        if known is not None and known.stamp == stamp:
+            return known
         contents, mark = read_marked(place, MAX_MESH_BYTES)
     except FileNotFoundError as error:
         raise MeshError(f"{name} does not exist") from error
@@ -108,8 +107,7 @@ def picture_texture(picture: PictureFile) -> Texture:
     if picture.contents is None:
         return known_texture(picture.place)
     digest = hashlib.blake2b(picture.contents, digest_size=16).hexdigest()
-    with _lock:
-        known = _known.get(digest)
+    known = _known.get(digest)
     if known is not None:
         return known
     texels = _decoded(picture.contents, picture.place)
@@ -119,21 +117,23 @@ def picture_texture(picture: PictureFile) -> Texture:
 
 
 def _keep(texture: Texture) -> None:
-    with _lock:
-        _known.pop(texture.name, None)
-        _known[texture.name] = texture
-        count = sum(one.texels.size // 4 for one in _known.values())
-        while count > _MOST_KEPT:
-            count -= _known.pop(next(iter(_known))).texels.size // 4
+    _known.pop(texture.name, None)
+    _known[texture.name] = texture
+    kept = list(_known.values())
+    count = sum(one.texels.size // 4 for one in kept)
+    for oldest in kept:
+        if count <= _MOST_KEPT:
+            return
+        _known.pop(oldest.name, None)
+        count -= oldest.texels.size // 4
 
 
 def known_texture(path: str | os.PathLike[str]) -> Texture:
-    """Return the picture that was read of a file, whatever has become of the file since.
+    """Return the picture that was read of a file, also if the file has changed since.
 
     Raises MeshError as ``read_texture`` does if it was not read yet.
     """
-    with _lock:
-        known = _known.get(place_of(path))
+    known = _known.get(place_of(path))
     return read_texture(path) if known is None else known
 
 

@@ -1,7 +1,8 @@
 """The colours that a mesh's file gives its triangles, read when something is to look so.
 
 OBJ files name materials of MTL files beside them; DAE, GLB and glTF hold materials, PLY and OFF
-colours of triangles or corners. What has a picture and no colour is white, as below any picture.
+colours of triangles or corners. Triangles with a picture and no colour are white, as below any
+picture.
 """
 
 from __future__ import annotations
@@ -37,8 +38,8 @@ _colors: BuildCache[TriangleColors | None] = BuildCache(_CAPACITY)
 def triangle_colors(shape: MeshShape) -> TriangleColors | None:
     """Return the colours of a Mesh's triangles by its file, None where it gives none.
 
-    Warns with MeshColorWarning, once per file, where what it names is missing or wrong. Raises
-    MeshError as ``load_surface`` does.
+    Warns with MeshColorWarning, once per file, where a file that it names is missing or wrong.
+    Raises MeshError as ``load_surface`` does.
     """
     if shape.kind != ShapeKind.MESH:
         return None

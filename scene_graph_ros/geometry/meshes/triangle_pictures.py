@@ -2,7 +2,7 @@
 
 OBJ files name materials of MTL files, which name pictures (``map_Kd``), relative to themselves;
 DAE and glTF files name pictures beside them, GLB and glTF files may hold some. A mesh from memory
-has those alone that it holds: what a client sends names no files.
+has those alone that it holds: a client's mesh names no files.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _CAPACITY = 4096
 
 
 class TrianglePictures(NamedTuple):
-    """The pictures on a mesh's triangles. What their files say of alpha is passed over."""
+    """The pictures on a mesh's triangles. Alpha in their files is passed over."""
 
     pictures: tuple[PictureFile, ...]
     row: NDArray[np.int32]
@@ -105,7 +105,7 @@ def _of_obj(shape: MeshShape) -> FilePictures | None:
 def _readable(
     pictures: tuple[FilePicture, ...], mesh: Path | None, name: str
 ) -> list[PictureFile | None]:
-    """Return the files of pictures, None for what can't be read, and for all after too many."""
+    """Return the files of pictures, None for unreadable ones, and for all after too many."""
     result: list[PictureFile | None] = []
     known: dict[PictureFile, str | None] = {}
     left = MAX_TEXELS

@@ -1,1 +1,1 @@
-"""Where things are: the scene graph, its contexts and what can be asked without poses."""
+"""Where things are: the scene graph, its contexts and the inspector."""

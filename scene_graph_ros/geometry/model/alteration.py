@@ -1,4 +1,4 @@
-"""Edits of what is registered: roles, shapes, poses and names."""
+"""Edits of registered geometry: roles, shapes, poses and names."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def _in_parent(state: GeometryState, record: GeometryRecord, X_FG: Any) -> Any:
 
 
 def _move_children(edit: Edit, moved: GeometryRecord) -> None:
-    """Place what hangs on a geometry anew, which has moved."""
+    """Place the children of a geometry that has moved anew."""
     state, pending = edit.state, [moved]
     while pending:
         parent = pending.pop()

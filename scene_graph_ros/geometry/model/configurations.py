@@ -1,4 +1,4 @@
-"""What a source says of its geometries beside poses, checked: vertices, points and heights."""
+"""A source's state beside poses, checked: vertices that deform, points and heights."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ __all__ = ["checked_configurations", "checked_height_sets", "checked_point_sets"
 def checked_configurations(
     state: GeometryState, source_id: SourceId, configurations: Any
 ) -> dict[GeometryId, Configuration]:
-    """Return what a source says of its geometries, or raise; see Context.set_configurations."""
+    """Return a source's configurations, or raise; see Context.set_configurations."""
     result = {}
     for record, label, value in _own(state, source_id, configurations, "deform it", "q_WG"):
         deformable = deformable_of(record)
@@ -39,7 +39,7 @@ def checked_configurations(
 def checked_point_sets(
     state: GeometryState, source_id: SourceId, points: Any
 ) -> dict[GeometryId, PointSet]:
-    """Return what a source says of its clouds, or raise; see Context.set_points."""
+    """Return a source's point sets, or raise; see Context.set_points."""
     result = {}
     for record, label, value in _own(state, source_id, points, "set its points", "p_GPs"):
         shape = record.shape
@@ -55,7 +55,7 @@ def checked_point_sets(
 def checked_height_sets(
     state: GeometryState, source_id: SourceId, heights: Any
 ) -> dict[GeometryId, HeightSet]:
-    """Return what a source says of its height fields, or raise; see Context.set_heights."""
+    """Return the heights that a source sets, or raise; see Context.set_heights."""
     result = {}
     for record, label, value in _own(state, source_id, heights, "set its heights", "heights"):
         shape = record.shape
@@ -69,7 +69,7 @@ def checked_height_sets(
 
 
 def is_of(value: Configuration | PointSet | HeightSet, record: GeometryRecord | None) -> bool:
-    """Tell whether what was set is of the geometry that has its id now, if any."""
+    """Tell whether an entry is of the geometry that has its id now, if any."""
     if record is None:
         return False
     if isinstance(value, Configuration):

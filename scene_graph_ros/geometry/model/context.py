@@ -1,4 +1,4 @@
-"""A copy of the model with a pose for every frame, and where what deforms is."""
+"""A copy of the model with a pose for every frame, and configurations of deformable geometry."""
 
 from __future__ import annotations
 
@@ -152,7 +152,7 @@ class Context(ModelOwner):
     def _store(
         self, moment: _Moment, rows: NDArray[np.int64], given: NDArray[np.float64]
     ) -> tuple[int, int]:
-        """Put another moment in place, if all poses are valid; return what store_poses does."""
+        """Put another moment in place, if all poses are valid; return store_poses's answer."""
         found: tuple[int, int]
         if self._poses_are_shared:
             X_PF = self._other_poses(moment, len(rows))
@@ -209,9 +209,9 @@ class Context(ModelOwner):
         m, any n, also 0; or to a pair of these and radii ``(n,)``, in m, which a cloud with a
         radius for each point needs. Others keep their points. Either all are taken (and copied)
         or, if an error is raised, none: InvalidConfigurationError naming source and geometry for
-        what is no cloud, for arrays of another shape or type, and, by its index, for a point that
-        is not finite or a radius out of range; UnknownIdError for an unknown source or geometry;
-        OwnershipError for a geometry of another source.
+        a geometry that is no cloud, for arrays of another shape or type, and, by its index, for a
+        point that is not finite or a radius out of range; UnknownIdError for an unknown source or
+        geometry; OwnershipError for a geometry of another source.
         """
         with self._lock:
             self._take(checked_point_sets(self.state, source_id, points))
@@ -220,7 +220,7 @@ class Context(ModelOwner):
         """Return the points ``(n, 3)`` of a cloud in G, in m, in the order they were set in.
 
         Read-only. Raises UnknownIdError for an unknown geometry, InvalidConfigurationError for
-        what is no cloud.
+        a geometry that is no cloud.
         """
         return self.snapshot.point_set(geometry_id).points
 

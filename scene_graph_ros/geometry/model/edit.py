@@ -1,6 +1,6 @@
-"""One edit of a model: what it writes is decided first, and then done as a whole.
+"""One edit of a model: its writes are decided first, and then done as a whole.
 
-A function that edits reads the state and says what is to be written; the state stays as it is
+A function that edits reads the state and returns the writes; the state stays as it is
 until all of that is known. One assignment of the owner's (`ModelOwner.change`) then makes the
 edit happen: whoever looks at the state from there on does the writes first that are still to be
 done. They may be done twice, so it does not matter where an interrupt, or a lack of memory, comes.
@@ -38,7 +38,7 @@ class Edit(Writes):
             self._parts[part] = None
 
     def complete(self) -> bool:
-        """Add the versions of what changed, and what stays of the derived; False: nothing did."""
+        """Add the versions of changed parts, and derived values that stay; False: none changed."""
         if not self._changes_model:
             return False
         state, parts, writes = self.state, self._parts, self._writes

@@ -1,4 +1,4 @@
-"""What can be asked about a model without knowing any pose that moves."""
+"""Questions about a model that need no moving pose."""
 
 from __future__ import annotations
 
@@ -177,7 +177,7 @@ class SceneGraphInspector(NotCopied):
         return int(np.count_nonzero(frames[pairs[:, 0]] != frames[pairs[:, 1]]))
 
     def geometry_version(self) -> GeometryVersion:
-        """Return a token per role that changes with what has the role, or its filters."""
+        """Return a token per role that changes with the role's geometries, or its filters."""
         versions = self._state.role_versions
         return GeometryVersion(
             proximity=versions[Role.PROXIMITY],
@@ -382,7 +382,7 @@ class SceneGraphInspector(NotCopied):
         return hull_of(shape) if isinstance(shape, MeshShape) else None
 
     def get_mesh_report(self, geometry_id: GeometryId) -> MeshReport | None:
-        """Return what a Mesh means as a solid and what was repaired, or None for other shapes.
+        """Return a Mesh's report as a solid, with its repairs, or None for other shapes.
 
         Raises MeshError as get_convex_hull does.
         """

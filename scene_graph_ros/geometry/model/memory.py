@@ -1,4 +1,4 @@
-"""What a context remembers from one moment to the next."""
+"""A context's memory from one moment to the next."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Value = TypeVar("Value")
 
 
 class Memory:
-    """What the snapshots of one context pass on, so that little motion costs little work.
+    """Values that the snapshots of a context pass on, so that little motion costs little work.
 
     It changes how fast an answer is found, never the answer. Any thread may ask.
     """
@@ -26,10 +26,10 @@ class Memory:
         self._known: dict[Hashable, tuple[Any, Any]] = {}
 
     def of(self, begin: Callable[[About], Value], about: About, *which: Hashable) -> Value:
-        """Return what ``begin(about)`` returned when last begun, for as long as it is about that.
+        """Return the value of ``begin(about)`` when last begun, for as long as it is about that.
 
-        ``begin`` is a function of a module; what it returns is valid for one object ``about``,
-        and begun anew for another. ``which`` tells apart what is begun alike.
+        ``begin`` is a function of a module; its value is valid for one object ``about``,
+        and begun anew for another. ``which`` tells apart values begun alike.
         """
         key = (begin, which)
         known = self._known.get(key)

@@ -58,7 +58,7 @@ def mesh_meant(shape: Any, properties: ProximityProperties) -> Any:
 
 
 def _pieces(properties: ProximityProperties) -> MeshPieces | None:
-    """Return the pieces that properties name. Raises PropertyError for what is none."""
+    """Return the pieces that properties name. Raises PropertyError for other values."""
     word = properties.get_property_or_default(MESH_GROUP, PIECES, None)
     if word not in (None, BY_OBJECTS, BY_COACD):
         raise PropertyValueError(

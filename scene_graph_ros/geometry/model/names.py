@@ -17,7 +17,7 @@ _CAMERA = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,63}")
 
 
 class InvalidNameError(NameConflictError):
-    """A name that breaks the rule for names, whatever other names there are."""
+    """A name that breaks the rule for names, independent of other names."""
 
 
 def trimmed_name(what: str, name: Any) -> str:

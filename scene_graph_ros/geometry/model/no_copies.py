@@ -1,4 +1,4 @@
-"""Objects that are neither copied attribute by attribute nor pickled, and say what to do."""
+"""Objects that are neither copied attribute by attribute nor pickled, and name the remedy."""
 
 from __future__ import annotations
 

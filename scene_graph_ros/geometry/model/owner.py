@@ -1,4 +1,4 @@
-"""Who holds a model: sharing without copies, changing without others noticing."""
+"""The owner of a model: sharing without copies, changing without others noticing."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class ModelOwner(NotCopied):
         *arguments: Arguments.args,
         **named: Arguments.kwargs,
     ) -> Result:
-        """Change the model as ``edit`` says, as a whole, and return what it returns.
+        """Change the model as ``edit`` says, as a whole, and return its answer.
 
         Where it raises, or where it is interrupted, nothing is changed.
         """
@@ -71,7 +71,7 @@ class ModelOwner(NotCopied):
     def all_or_nothing(self, changes: Callable[[], Result]) -> Result:
         """Make several changes; where that raises, or is interrupted, none of them is made.
 
-        Raises QueryArgumentError for what can't be called.
+        Raises QueryArgumentError for an object that can't be called.
         """
         if not callable(changes):
             raise QueryArgumentError(f"changes must be a function, not {quoted(changes)}")
@@ -112,7 +112,7 @@ class ModelOwner(NotCopied):
         *arguments: Arguments.args,
         **named: Arguments.kwargs,
     ) -> Result:
-        """Apply a change to the collision filters and return what it returns."""
+        """Apply a change to the collision filters and return its answer."""
         return self.change(_of_filters, change, *arguments, **named)
 
 

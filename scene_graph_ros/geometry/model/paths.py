@@ -1,4 +1,4 @@
-"""What geometries are called in full, as scene files and messages call them."""
+"""The full names of geometries, as in scene files and messages."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class GeometryPair(tuple[GeometryId, GeometryId]):
     ) -> GeometryPair:
         """Make a pair; where a name is not given it is the id.
 
-        Raises TypeError for what is no id, or no text.
+        Raises TypeError unless they are an id and a text.
         """
         given: Any
         for label, given in (("id_A", id_A), ("id_B", id_B)):

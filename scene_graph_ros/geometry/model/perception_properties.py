@@ -1,4 +1,4 @@
-"""What a geometry's properties say about how it looks, to cameras and people; read and checked."""
+"""The look of a geometry by its properties, for cameras and people; read and checked."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _MAX_SCALE = 1e6
 
 
 class Picture(NamedTuple):
-    """What a geometry is covered with."""
+    """The picture that covers a geometry."""
 
     path: str
     """An image file."""
@@ -62,7 +62,7 @@ class Appearance(NamedTuple):
 
 
 def read_perception_properties(properties: GeometryProperties, name: str) -> Appearance:
-    """Return how a geometry called ``name`` looks.
+    """Return the look of a geometry called ``name``.
 
     Raises PropertyError, naming geometry, property and value, for one that has no meaning.
     """
@@ -102,7 +102,7 @@ def _accepting(properties: GeometryProperties) -> frozenset[str]:
 
 
 def picture_of(properties: GeometryProperties) -> Picture | None:
-    """Return what a geometry is covered with, None for nothing. Raises PropertyError."""
+    """Return the picture that covers a geometry, None without one. Raises PropertyError."""
     path = properties.get_property_or_default("phong", "diffuse_map", None)
     if path is None:
         if properties.has_property("phong", "diffuse_scale"):
@@ -131,7 +131,7 @@ def picture_of(properties: GeometryProperties) -> Picture | None:
 def check_appearance(
     shape: Any, properties: GeometryProperties, name: str, *, deforms: bool = False
 ) -> None:
-    """Read and keep what cameras see of a geometry: a mesh, its colours, the pictures on it.
+    """Read and keep a geometry's look for cameras: a mesh, its colours, the pictures on it.
 
     The colours and pictures of a mesh's file are read where the ``properties`` have none.
 

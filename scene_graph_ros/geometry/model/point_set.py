@@ -36,7 +36,7 @@ class PointSet:
         """``(n,)`` or, of all alike, ``()``; in m."""
         self._given: FloatArray | None = points
         self._placed: PlacedPoints | None = None
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()  # A thread that is interrupted may come once more.
 
     @property
     def points(self) -> FloatArray:

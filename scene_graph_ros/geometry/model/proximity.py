@@ -1,4 +1,4 @@
-"""What queries read about the geometries with the proximity role: arrays, row by row."""
+"""The queries' table of the geometries with the proximity role: arrays, row by row."""
 
 from __future__ import annotations
 

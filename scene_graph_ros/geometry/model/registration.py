@@ -94,7 +94,7 @@ def check_name_is_free(state: GeometryState, frame_id: FrameId, role: Role, name
 
 
 def check_instance(instance: Any) -> None:
-    """Raise TypeError for what is no GeometryInstance."""
+    """Raise TypeError unless it is a GeometryInstance."""
     if not isinstance(instance, GeometryInstance):
         raise TypeError(f"registering a geometry needs a GeometryInstance, not {quoted(instance)}")
 

@@ -117,7 +117,7 @@ def _remove_frames(edit: Edit, frame_ids: Iterable[FrameId]) -> None:
 
 
 def _geometries_on(state: GeometryState, frame_ids: Iterable[FrameId]) -> list[GeometryId]:
-    """Return all geometries on frames: what hangs on one of them is on its frame."""
+    """Return all geometries on frames: a child geometry is on its parent's frame."""
     return [i for frame_id in frame_ids for i in state.frame_geometries[frame_id]]
 
 

@@ -1,4 +1,4 @@
-"""What a camera says of each pixel: which kind of thing it sees."""
+"""The label of a camera's pixel: the kind of thing that it sees."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ class RendererRegistry:
         """Let cameras use a renderer, such as ``perception.ExactRenderEngine()``, by a name.
 
         It makes no difference whether geometry comes before it or after. Raises NameConflictError
-        for a name that is taken or no name, EngineError for what is no renderer.
+        for a name that is taken or no name, EngineError for other objects.
         """
         self._owner(context).change(renderers.add_renderer, name, renderer)
 

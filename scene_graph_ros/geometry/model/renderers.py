@@ -1,4 +1,4 @@
-"""The renderers of a model by name. What they do is known above; here they are only kept."""
+"""The renderers of a model by name. Their work is known above; here they are only kept."""
 
 from __future__ import annotations
 

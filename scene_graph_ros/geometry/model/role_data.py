@@ -1,4 +1,4 @@
-"""What roles need of files, read before a model is locked for a change."""
+"""The files of roles, read before a model is locked for a change."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["read_for_role", "read_looks"]
 
 
 def read_for_role(record: GeometryRecord, properties: GeometryProperties) -> None:
-    """Read what a geometry needs for the role that properties stand for.
+    """Read the files of a geometry for the role that properties stand for.
 
     Raises MeshError and PropertyError.
     """
@@ -40,7 +40,7 @@ def read_looks(
     *,
     deforms: bool = False,
 ) -> None:
-    """Read what cameras and people are to see. Raises MeshError and PropertyError."""
+    """Read the looks for cameras and people. Raises MeshError and PropertyError."""
     for role, check in (
         (Role.PERCEPTION, check_appearance),
         (Role.ILLUSTRATION, check_illustration),

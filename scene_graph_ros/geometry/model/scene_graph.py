@@ -40,7 +40,7 @@ Result = TypeVar("Result")
 
 
 def _set(edit: Edit, setting: str, value: Any) -> None:
-    """Set what queries are answered with."""
+    """Set the defaults of queries."""
     edit.set(edit.state, setting, value)
     edit.changed()
 
@@ -55,8 +55,8 @@ class SceneGraph(RendererRegistry, NotCopied):
 
     In a notebook it shows its geometry, every frame at the identity in its parent.
 
-    Sources change only what they registered themselves; OwnershipError otherwise. UnknownIdError
-    is raised for an id that names nothing.
+    Sources change only objects that they registered themselves; OwnershipError otherwise.
+    UnknownIdError is raised for an id that names nothing.
     """
 
     _instead = (
@@ -68,7 +68,7 @@ class SceneGraph(RendererRegistry, NotCopied):
     def __init__(
         self, *, accuracy: Accuracy | str = Accuracy.EXACT, engine: Engine | str = Engine.NATIVE
     ) -> None:
-        """Make an empty model with what its queries are answered with, unless they say otherwise.
+        """Make an empty model with the defaults of its queries.
 
         Args:
             accuracy: "quick", "standard" or "exact": the error of a distance is at most
@@ -86,7 +86,7 @@ class SceneGraph(RendererRegistry, NotCopied):
 
     @classmethod
     def provide_queries(cls, query_type: Callable[[Context], Any]) -> None:
-        """Set what query_object makes; the query layer, which is above this one, calls it."""
+        """Set the factory of query_object; the query layer, which is above this one, calls it."""
         cls._query_type = query_type
 
     def __repr__(self) -> str:
@@ -106,11 +106,11 @@ class SceneGraph(RendererRegistry, NotCopied):
     def all_or_nothing(
         self, changes: Callable[[], Result], *, context: Context | None = None
     ) -> Result:
-        """Call what makes several changes, and return what it returns.
+        """Call a function that makes several changes, and return its answer.
 
-        Where it raises, or is interrupted, none of them is made; poses stay what they became.
+        Where it raises, or is interrupted, none of them is made; poses stay as they became.
         Other threads' changes of the same model wait. It takes a copy of the model's tables.
-        Raises QueryArgumentError for what can't be called.
+        Raises QueryArgumentError for an object that can't be called.
         """
         return self._owner(context).all_or_nothing(changes)
 
@@ -123,7 +123,7 @@ class SceneGraph(RendererRegistry, NotCopied):
 
     @property
     def engine(self) -> Engine:
-        """Who answers the model's queries about pairs."""
+        """The engine of the model's queries about pairs."""
         return self._model.state.engine
 
     def set_accuracy(self, accuracy: Accuracy | str, *, context: Context | None = None) -> None:
@@ -170,7 +170,7 @@ class SceneGraph(RendererRegistry, NotCopied):
         return SceneGraphInspector(self._model)
 
     def collision_filter_manager(self, context: Context | None = None) -> CollisionFilterManager:
-        """Return what applies collision filter declarations to the model, or the context's."""
+        """Return the manager that applies filter declarations to the model, or the context's."""
         return CollisionFilterManager(self._owner(context))
 
     def exclude_collisions_within(
@@ -317,7 +317,7 @@ class SceneGraph(RendererRegistry, NotCopied):
     ) -> int:
         """Take a role from a geometry, or from all the source's geometries on a frame.
 
-        Returns how many had it. What collision filters said about them is forgotten with the
+        Returns how many had it. Collision filters about them are forgotten with the
         proximity role.
         """
         return self._owner(context).change(removal.remove_role, source_id, target, role)
@@ -375,10 +375,10 @@ class SceneGraph(RendererRegistry, NotCopied):
     ) -> None:
         """Have a frame hang on another one, also of another source, with all that is below it.
 
-        So a gripper's link carries what is grasped. Its pose ``X_PF`` is by now in the new parent,
-        with the same numbers: set it. It is removed with its parent. Raises OwnershipError unless
-        the frame is the source's, UnknownIdError for an unknown frame, NameConflictError for a
-        parent that is below it.
+        So a gripper's link carries a grasped object. Its pose ``X_PF`` is by now in the new
+        parent, with the same numbers: set it. It is removed with its parent. Raises OwnershipError
+        unless the frame is the source's, UnknownIdError for an unknown frame, NameConflictError
+        for a parent that is below it.
         """
         self._owner(context).change(alteration.change_parent, source_id, frame_id, parent_id)
 

@@ -1,4 +1,4 @@
-"""A model and poses that never change any more: what queries and publishers read."""
+"""A model and poses that never change any more, for queries and publishers."""
 
 from __future__ import annotations
 
@@ -128,8 +128,8 @@ class Snapshot(NotCopied):
         """Take a shared state, and poses ``(f, 4, 4)`` in its layout that nobody writes to.
 
         Deformable geometries that ``configurations`` does not name are in their reference
-        configuration, clouds have the points that they were registered with. What a snapshot
-        ``before`` knows of the same state is not looked up again.
+        configuration, clouds have the points that they were registered with. Values that a
+        snapshot ``before`` knows of the same state are not looked up again.
         """
         assert state.shared
         self.state = state
@@ -257,7 +257,7 @@ class Snapshot(NotCopied):
         return self.X_WF[self.state.layout().row[frame_id]].copy()
 
     def configuration(self, geometry_id: GeometryId) -> Configuration:
-        """Return where the vertices of a deformable geometry are.
+        """Return the positions of the vertices of a deformable geometry.
 
         Raises UnknownIdError for an unknown geometry, DeformableError for a rigid one.
         """
@@ -270,13 +270,13 @@ class Snapshot(NotCopied):
 
     @property
     def configurations(self) -> Mapping[GeometryId, SetValue]:
-        """What was set of geometries beside poses, not to be written to."""
+        """The state of geometries beside poses, not to be written to."""
         return self._configurations
 
     def point_set(self, geometry_id: GeometryId) -> PointSet:
         """Return the points that a cloud has.
 
-        Raises UnknownIdError for an unknown geometry, InvalidConfigurationError for what is no
+        Raises UnknownIdError for an unknown geometry, InvalidConfigurationError unless it is a
         PointCloud.
         """
         record = self.state.geometry(geometry_id)

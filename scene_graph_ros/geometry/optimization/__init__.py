@@ -1,6 +1,6 @@
-"""Convex sets, and what can be proven of them: empty, bounded, disjoint, contained.
+"""Convex sets, and proofs about them: empty, bounded, disjoint, contained.
 
-Points are rows. What decides returns a bool, and with ``certificate=True`` a `Decision` whose
+Points are rows. A decision returns a bool, and with ``certificate=True`` a `Decision` whose
 certificate shows the answer, checked in rational arithmetic by its ``verify()``.
 ``docs/convex_sets.md`` says which set when.
 

@@ -1,4 +1,4 @@
-"""What cameras see: depth, label and colour of the geometries with the perception role.
+"""Images of cameras: depth, label and colour of the geometries with the perception role.
 
 A renderer is added to a scene graph by a name, which the camera says; ``ExactRenderEngine`` is
 our own, ``TracedRenderEngine`` adds light and shadows, ``GltfClientRenderEngine`` asks a server.

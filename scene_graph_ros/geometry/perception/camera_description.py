@@ -1,4 +1,4 @@
-"""A camera by names: on which frame it is, what it sees, and what it offers how often."""
+"""A camera by names: its frame, its images and their rate."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _MIN_RATE = 1e-3
 
 
 class CameraOutput(enum.StrEnum):
-    """What a camera offers. Each is a string, so that ``"depth"`` may be written for ``DEPTH``."""
+    """An output of a camera. Each is a string: ``"depth"`` may stand for ``DEPTH``."""
 
     COLOR = "color"
     DEPTH = "depth"

@@ -22,7 +22,7 @@ def CameraProperties(
 ) -> ColorRenderCamera:
     """Return a camera of colour and label images with square pixels, centred.
 
-    ``fov_y`` is the angle, in radians, between the upper edge and the lower one. It sees what is
+    ``fov_y`` is the angle, in radians, between the upper edge and the lower one. It sees things
     from 0.01 to 100 m ahead. Raises QueryArgumentError as CameraIntrinsics and RenderCameraCore
     do.
     """
@@ -35,7 +35,7 @@ def DepthCameraProperties(
 ) -> DepthRenderCamera:
     """Return a camera of depth images, which tells depths from ``z_near`` to ``z_far`` (m) apart.
 
-    What is nearer, down to 0.01 m, has depth 0. Raises as CameraProperties, ClippingRange and
+    Nearer things, down to 0.01 m, have depth 0. Raises as CameraProperties, ClippingRange and
     DepthRange do.
     """
     lens = CameraIntrinsics.from_fov_y(width, height, fov_y)

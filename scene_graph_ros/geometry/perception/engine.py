@@ -1,4 +1,4 @@
-"""What a renderer is asked, and what it answers."""
+"""The interface of a renderer: its questions and answers."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["ImageKind", "Images", "RenderEngine"]
 
 
 class ImageKind(enum.StrEnum):
-    """What an image shows. Each is a string, so that ``"depth"`` may be written for ``DEPTH``."""
+    """The kind of an image. Each is a string, so that ``"depth"`` may be written for ``DEPTH``."""
 
     COLOR = "color"
     DEPTH = "depth"

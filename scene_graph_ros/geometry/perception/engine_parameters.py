@@ -1,4 +1,4 @@
-"""What the renderers' parameters have in common: default colours, and how they are written."""
+"""The common part of the renderers' parameters: default colours, and how they are written."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ CLEAR_COLOR = Rgba(204 / 255, 229 / 255, 1.0)
 
 
 def take_colors(engine: object, names: Iterable[str]) -> None:
-    """Make an Rgba of fields of a frozen dataclass. Raises PropertyError for what is no colour."""
+    """Make an Rgba of fields of a frozen dataclass. Raises PropertyError for other values."""
     for name in names:
         object.__setattr__(engine, name, Rgba.from_value(getattr(engine, name)))
 

@@ -58,7 +58,7 @@ def with_one_picture_each(bodies: Bodies, cover: Cover) -> tuple[Bodies, Cover]:
 def _rows_and_parts(
     bodies: Bodies, cover: Cover
 ) -> tuple[NDArray[np.int64], dict[int, NDArray[np.int64]]]:
-    """Return which body each new one is of, and of those that are parts the triangles."""
+    """Return the body of each new one, and of those that are parts the triangles."""
     rows: list[int] = []
     parts: dict[int, NDArray[np.int64]] = {}
     for row, picture in enumerate(cover.picture):

@@ -1,4 +1,4 @@
-"""The border for what queries are asked: numbers, points, threads."""
+"""Checks of queries' arguments: numbers, points, threads."""
 
 from __future__ import annotations
 

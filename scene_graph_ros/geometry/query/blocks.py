@@ -49,7 +49,7 @@ def point_distance_blocks(
     rows: int,
     threads: int = 1,
 ) -> Iterator[PointDistances]:
-    """Yield what ``compute_signed_distance_to_points`` answers, some points at a time.
+    """Yield the answers of ``compute_signed_distance_to_points``, some points at a time.
 
     A table has at most ``rows`` >= 1 rows, or those of one point.
     """
@@ -64,7 +64,7 @@ def point_distance_blocks(
 def signed_distance_blocks(
     query: QueryObject, max_distance: float, *, rows: int
 ) -> Iterator[SignedDistancePairs]:
-    """Yield what ``compute_signed_distance_pairwise_closest_points`` answers, in order.
+    """Yield the answers of ``compute_signed_distance_pairwise_closest_points``, in order.
 
     A table is of at most ``rows`` >= 1 pairs that may be near enough. Pairs of shapes of many
     elements come last.
@@ -95,8 +95,8 @@ def joined(tables: Sequence[Table]) -> Table:
 def widening_distances(query: QueryObject, max_distance: float) -> Iterator[float]:
     """Yield growing distances below ``max_distance``, from where few pairs are as near.
 
-    Pairs within a smaller distance are among those within a larger one. Who finds too many
-    of them need not look for more, nor have the memory for them.
+    Pairs within a smaller distance are among those within a larger one. A caller that finds too
+    many of them need not look for more, nor have the memory for them.
     """
     p_WG = query.snapshot.X_WG[:, :3, 3]
     extent = length(np.ptp(p_WG, axis=0)) if len(p_WG) else 0.0

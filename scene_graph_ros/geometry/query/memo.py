@@ -1,4 +1,4 @@
-"""What was answered about one snapshot: asking twice computes once."""
+"""Answers about one snapshot: asking twice computes once."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _REMEMBERED = 32
 
 
 class Memo:
-    """A snapshot, and the answers about it by what was asked, as long as they are few."""
+    """A snapshot, and the answers about it by their questions, as long as they are few."""
 
     __slots__ = ("_values", "snapshot")
 

@@ -1,6 +1,6 @@
 """Queries whose code is imported when they are first asked.
 
-So are parts of queries that only some scenes need. What they need - bodies with pressure fields,
+So are parts of queries that only some scenes need. Their parts - bodies with pressure fields,
 tetrahedra, kernels - costs a scene nothing as long as nobody asks. They are in packages above this
 one, so they are known here by name only.
 """

@@ -1,4 +1,4 @@
-"""The questions one can ask a scene; what answers each is in a folder of its own, `ask.py`."""
+"""The questions one can ask a scene; each is answered in a folder of its own, `ask.py`."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ Answer = TypeVar("Answer")
 
 
 class _Provider(Protocol):
-    """What has a current snapshot: a Context, or a Snapshot itself."""
+    """An object with a current snapshot: a Context, or a Snapshot itself."""
 
     @property
     def snapshot(self) -> Snapshot: ...
@@ -51,7 +51,7 @@ class _Provider(Protocol):
 class QueryObject(RenderQueries, NotCopied):
     """Queries about geometries with the proximity role, in the world frame W.
 
-    In a notebook it shows what it is about, with what touches, to be turned and clicked at.
+    In a notebook it shows its scene, with contacts, to be turned and clicked at.
 
     A *live* query object follows its context; ``bake`` freezes the present. Results never change
     and are sorted by id, the same for the same poses. Any number of threads may ask at once; the
@@ -65,10 +65,10 @@ class QueryObject(RenderQueries, NotCopied):
     How exact the answers about pairs are is the model's ``accuracy``, unless a query says
     otherwise: "quick", "standard" or "exact" promise that a distance is off by no more than 1e-3,
     1e-6 or 1e-12 of the pair's larger shape. Which pairs penetrate does not depend on it. Points
-    are exact at every tier. With ``certificate`` the records have ``gap`` (m): what the answer
-    itself proves of its error, and ``decided_by``: what found it, see ``SignedDistancePair``.
-    ``engine="fcl"`` asks FCL instead, for comparison: see ``distance.fcl_engine``. What names no
-    tier or engine raises QueryArgumentError, what the engine lacks EngineError.
+    are exact at every tier. With ``certificate`` the records have ``gap`` (m): the answer's own
+    proven bound of its error, and ``decided_by``: the algorithm, see ``SignedDistancePair``.
+    ``engine="fcl"`` asks FCL instead, for comparison: see ``distance.fcl_engine``. Names of no
+    tier or engine raise QueryArgumentError, questions that the engine lacks EngineError.
     """
 
     _instead = "bake() freezes the present, which any thread may ask; results pickle as they are"
@@ -111,7 +111,7 @@ class QueryObject(RenderQueries, NotCopied):
 
     @property
     def engine(self) -> Engine:
-        """Who answers about pairs if a query does not say otherwise: the model's choice."""
+        """The engine that answers about pairs by default: the model's choice."""
         return self._provider.snapshot.state.engine
 
     def inspector(self) -> SceneGraphInspector:
@@ -130,7 +130,7 @@ class QueryObject(RenderQueries, NotCopied):
         return self._provider.snapshot.pose_in_parent(frame_id)
 
     def get_configurations_in_world(self, geometry_id: GeometryId) -> NDArray[np.float64]:
-        """Return where the vertices of a deformable geometry are in W, ``(v, 3)``, in m.
+        """Return the positions of a deformable geometry's vertices in W, ``(v, 3)``, in m.
 
         The array is read-only. Raises UnknownIdError, and DeformableError for a rigid geometry.
         """
@@ -139,7 +139,7 @@ class QueryObject(RenderQueries, NotCopied):
     def get_driven_mesh_configurations_in_world(
         self, geometry_id: GeometryId, role: Role
     ) -> list[NDArray[np.float64]]:
-        """Return where the vertices of a role's driven meshes are in W: ``(n, 3)`` each, in m.
+        """Return the vertices of a role's driven meshes in W: ``(n, 3)`` each, in m.
 
         The inspector's get_driven_meshes returns the same meshes with their triangles. Raises
         UnknownIdError, DeformableError for a rigid geometry, and RoleError if it lacks the role.
@@ -153,11 +153,11 @@ class QueryObject(RenderQueries, NotCopied):
         *,
         threads: int = 1,
     ) -> list[Answer]:
-        """Return what ``question`` returns for each of many configurations of the scene.
+        """Return the answers of ``question`` for each of many configurations of the scene.
 
         Each gives poses ``X_PF`` ``(4, 4)`` of some frames; nothing is moved. ``question`` gets a
         query object of it, as in ``query.ask_what_if(poses, QueryObject.has_collisions)``;
-        `ask_what_if` says more, and what is raised.
+        `ask_what_if` says more, and names the errors.
         """
         answers: list[Answer] = on_demand("ask_what_if")(
             self, configurations, question, threads=threads
@@ -228,7 +228,7 @@ class QueryObject(RenderQueries, NotCopied):
         return self._memo().get((query, word), on_demand(query), word)
 
     def compute_deformable_contact(self) -> DeformableContact:
-        """Return where deformable geometries meet rigid and other deformable ones.
+        """Return the contacts of deformable geometries with rigid and other deformable ones.
 
         Pairs with a deformable geometry need the proximity role and not to be filtered; they are
         checked also where the rigid one is anchored. Whether a rigid one is compliant has no part

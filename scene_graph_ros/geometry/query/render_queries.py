@@ -1,4 +1,4 @@
-"""What cameras see, as queries about a snapshot; imported and computed when they are asked."""
+"""Images of cameras, as queries about a snapshot; imported and computed when they are asked."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class RenderQueries:
         *,
         kinds: Iterable[ImageKind | str] | None = None,
     ) -> Images:
-        """Return images of all these kinds, found in one pass: they agree on what is seen.
+        """Return images of all these kinds, found in one pass: they agree on visible bodies.
 
         Without ``kinds``, colour and label, and depth if the camera has a depth range. Raises as
         ``render_color_image``, and QueryArgumentError for kinds there are not.
@@ -81,5 +81,5 @@ class RenderQueries:
         return render(self.snapshot, camera, parent_frame, X_PC, kinds)
 
     def get_render_engine_by_name(self, name: Any) -> RenderEngine | None:
-        """Return the renderer of a name, or None. It shows what snapshots it is given."""
+        """Return the renderer of a name, or None. It shows any snapshots that it is given."""
         return self.snapshot.state.renderers.get(name) if isinstance(name, str) else None

@@ -1,4 +1,4 @@
-"""Result tables: what queries return.
+"""Result tables of queries.
 
 A table is a sequence of records, made when one is looked at. Its columns are arrays of the same
 names as the records' fields, read-only, so callers who want numbers copy nothing. Ids are
@@ -168,7 +168,7 @@ class LateColumns(Mapping[str, NDArray[Any]]):
     def __init__(
         self, recipes: Mapping[str, Callable[[Any], NDArray[Any]]], source: Any, length: int
     ) -> None:
-        """Take what makes each column of ``source``, and how long all of them are."""
+        """Take the makers of each column of ``source``, and the length of all."""
         self._recipes = recipes
         self._source = source
         self._made: dict[str, NDArray[Any]] = {}

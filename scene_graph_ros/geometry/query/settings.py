@@ -14,7 +14,7 @@ __all__ = ["Settings", "settings_of"]
 
 
 class Settings(NamedTuple):
-    """How a query about pairs is to be answered, and what its result is to contain."""
+    """The settings of a query about pairs: its accuracy, engine and columns."""
 
     accuracy: Accuracy
     engine: Engine
@@ -32,10 +32,10 @@ def settings_of(
     derivatives: bool = False,
     certificate: bool = False,
 ) -> Settings:
-    """Return what was asked for, the model's choice where nothing was.
+    """Return the settings asked for, the model's choice where none were.
 
-    Raises QueryArgumentError for what is no tier, engine or flag, EngineError for what the engine
-    lacks.
+    Raises QueryArgumentError for what is no tier, engine or flag, EngineError for columns that the
+    engine lacks.
     """
     state = snapshot.state
     if accuracy is engine is None and derivatives is certificate is False:

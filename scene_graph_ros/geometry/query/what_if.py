@@ -27,7 +27,7 @@ def ask_what_if(
     *,
     threads: int = 1,
 ) -> list[Result]:
-    """Return what ``question`` returns for each configuration, in their order.
+    """Return the answers of ``question`` for each configuration, in their order.
 
     A configuration gives poses ``X_PF`` ``(4, 4)`` of some frames; the others are where ``query``
     has them, and nothing is moved. ``question`` gets a query object of the configuration:
@@ -36,11 +36,11 @@ def ask_what_if(
 
     ``threads`` share the configurations, each a row of neighbours, so that a path costs as little
     as its motion; the answers are the same for any number of them. The interpreter's lock is free
-    while the kernels run: threads pay where those are what takes the time.
+    while the kernels run: threads pay where those take most of the time.
 
     Raises UnknownIdError and InvalidPoseError as ``Context.set_frame_poses`` does,
-    QueryArgumentError for ``threads`` that is no integer >= 1, and for what is no query object,
-    sequence of mappings or function, and whatever ``question`` raises.
+    QueryArgumentError for ``threads`` that is no integer >= 1, and unless the others are a query
+    object, a sequence of mappings and a function, and the errors of ``question``.
     """
     _check(query, configurations, question)
     base = query.snapshot

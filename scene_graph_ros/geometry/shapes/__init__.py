@@ -1,1 +1,1 @@
-"""What things are: one file per shape, without pose, role or picture."""
+"""Shapes: one file each, without pose, role or picture."""

@@ -1,1 +1,1 @@
-"""What kernels read of many shapes: arrays, row by row."""
+"""Tables of many shapes for kernels: arrays, row by row."""

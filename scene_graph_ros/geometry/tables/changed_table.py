@@ -17,7 +17,7 @@ __all__ = ["TableOfShapes", "changed_table"]
 
 
 class TableOfShapes(NamedTuple):
-    """A shape table, and what it was built of."""
+    """A shape table, and its sources."""
 
     table: ShapeTable
     shapes: Sequence[Shape]
@@ -27,7 +27,7 @@ class TableOfShapes(NamedTuple):
 def changed_table(
     before: TableOfShapes | None, shapes: Sequence[Shape], exact: Sequence[bool]
 ) -> TableOfShapes:
-    """Return what ``build_shape_table`` does, with the rows of shapes that were there before.
+    """Return the same as ``build_shape_table``, with the rows of shapes that were there before.
 
     Hulls and surfaces stay as they are while the meshes are the same, in the same order: to pack
     them anew for each sphere that comes or goes takes seconds where they are large.

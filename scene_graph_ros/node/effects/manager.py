@@ -139,7 +139,12 @@ class Effects:
             for state in self._states.values():
                 state.begin_update()
             if snapshot.scene_version != self._scene_version:
-                self._follow(snapshot)
+                try:
+                    self._follow(snapshot)
+                except BaseException:
+                    # The next update tries again: a scene half followed would stay so.
+                    self._scene_version = -1
+                    raise
             due = []
             for state in self._states.values():
                 if state.effect is not None:

@@ -102,7 +102,7 @@ def _numerators(side: Side, plane: Floats) -> Floats:
 
 
 def _least(side: Side, numerators: Floats, clearance: float) -> Floats:
-    """Return less than what is left of each numerator in all of the region, with a clearance."""
+    """Return a lower bound of each numerator's remainder in all the region, with a clearance."""
     is_square = side.monomials.is_square[side.monomials.shift[0]]
     found = least_values(numerators - clearance * side.frame.floats[12], is_square)
     return found - _LEFT * (1.0 + np.abs(numerators).sum(axis=1))

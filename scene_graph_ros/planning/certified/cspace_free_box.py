@@ -42,7 +42,7 @@ Box = tuple[NDArray[np.float64], NDArray[np.float64]]
 class CspaceFreeBox:
     """Proves that robots collide with nothing in boxes ``lower <= q <= upper``.
 
-    What `CspaceFreePolytope` does for polytopes of s about one q_star, with one in the middle of
+    The same as `CspaceFreePolytope` for polytopes of s about one q_star, with one in the middle of
     each box. Joints, shapes, pairs and paddings are as there.
     """
 
@@ -76,7 +76,7 @@ class CspaceFreeBox:
         most_clearance: bool = True,
         executor: AnyExecutor | None = None,
     ) -> PolytopeCertificate:
-        """Return what is shown of a box ``(nq,)``, ``(nq,)`` within the joints' limits.
+        """Return a certificate of a box ``(nq,)``, ``(nq,)`` within the joints' limits.
 
         All else is as of `CspaceFreePolytope.find_separation_certificate_given_polytope`. Raises
         CertificateError for a box that is empty, flat, or half a turn or more from its middle to
@@ -95,7 +95,7 @@ class CspaceFreeBox:
     def find_pair_certificate(
         self, geometry_pair: GeometryPair, q_box_lower: ArrayLike, q_box_upper: ArrayLike
     ) -> PairCertificate | PairFailure:
-        """Return what is shown of one pair in a box, ``(nq,)`` each. Raises CertificateError."""
+        """Return the certificate of one pair in a box, ``(nq,)`` each. Raises CertificateError."""
         search, C, d = self._search(self._checked(q_box_lower, q_box_upper))
         return search.find_pair_certificate(geometry_pair, C, d)
 
@@ -107,7 +107,7 @@ class CspaceFreeBox:
         max_boxes: int = 1_000_000,
         threads: int = 1,
     ) -> DistanceCertificate:
-        """Return what distances show of a box, ``(nq,)`` each: see the function of this name."""
+        """Return the certificate by distances of a box, ``(nq,)`` each; see the function."""
         box = HPolyhedron.make_box(*self._checked(q_box_lower, q_box_upper))
         return certify_by_distances(self._checker, box, max_boxes=max_boxes, threads=threads)
 

@@ -93,7 +93,7 @@ class CspaceFreePolytope:
 
     @property
     def rational_forward_kinematics(self) -> RationalForwardKinematics:
-        """What relates q and s."""
+        """The map between q and s."""
         return self._kinematics
 
     @property
@@ -122,7 +122,7 @@ class CspaceFreePolytope:
         most_clearance: bool = True,
         executor: AnyExecutor | None = None,
     ) -> PolytopeCertificate:
-        """Return what is shown of ``{s: C s <= d}``, ``(m, nq)`` and ``(m,)``, within limits.
+        """Return a certificate of ``{s: C s <= d}``, ``(m, nq)`` and ``(m,)``, within limits.
 
         These are the joints'; s are tangents of half angles, and metres. A success is a proof,
         checked in rational arithmetic; anything else is none, and its ``failures`` say which pair
@@ -153,7 +153,7 @@ class CspaceFreePolytope:
     def find_pair_certificate(
         self, geometry_pair: GeometryPair, C: ArrayLike, d: ArrayLike
     ) -> PairCertificate | PairFailure:
-        """Return what is shown of one pair in ``{s: C s <= d}``. Raises CertificateError."""
+        """Return the certificate of one pair in ``{s: C s <= d}``. Raises CertificateError."""
         return self.solve_separation_certificate_program(
             self.make_is_geometry_separable_program(geometry_pair, C, d)
         )
@@ -176,7 +176,7 @@ class CspaceFreePolytope:
         certificate_program: SeparationCertificateProgram,
         options: FindSeparationCertificateOptions | None = None,
     ) -> PairCertificate | PairFailure:
-        """Return what a program's solution shows, proven in rational numbers, or why nothing.
+        """Return a program's certificate, proven in rational numbers, or the reason for none.
 
         Rows and costs that were added to its `prog` have no part in it: solve that by itself.
         Raises CertificateError for other arguments.
@@ -191,7 +191,7 @@ class CspaceFreePolytope:
     def certify_by_distances(
         self, C: ArrayLike, d: ArrayLike, *, max_boxes: int = 1_000_000, threads: int = 1
     ) -> DistanceCertificate:
-        """Return what distances show of ``{s: C s <= d}`` within the joints' limits.
+        """Return a certificate by distances of ``{s: C s <= d}`` within the joints' limits.
 
         No program is solved: see the function of this name, which is about regions of q. Raises
         as it.

@@ -69,7 +69,7 @@ class RegionGrid:
     def is_outside(
         self, halvings: NDArray[np.int64], cells: NDArray[np.int64]
     ) -> NDArray[np.bool_]:
-        """Tell which cells have no point of the region, with room for rounding."""
+        """Return a mask of the cells without a point of the region, with room for rounding."""
         region = self.region
         if not len(region.C):
             return np.zeros(len(cells), dtype=np.bool_)
@@ -87,7 +87,7 @@ class RegionGrid:
         return np.asarray((least > region.d + _ROUNDING * sizes).any(axis=1))
 
     def contains(self, q: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Tell which configurations ``(m, nq)`` are in the region."""
+        """Return a mask ``(m,)`` of the configurations ``(m, nq)`` in the region."""
         return self.region.contains(
             q if self.kinematics is None else self.kinematics.compute_s_value(q)
         )
@@ -96,7 +96,7 @@ class RegionGrid:
 @one_line()
 @dataclass(frozen=True, eq=False)
 class DistanceCertificate:
-    """What is known of a region by distances.
+    """A certificate of a region by distances.
 
     ``status`` is ``proven``; ``collision``, with a configuration ``q`` of the region that is not
     free; or ``undecided``, where the boxes did not suffice: the share ``open_share`` of the
@@ -169,7 +169,7 @@ class DistanceCertificate:
         return not alive
 
     def _is_free(self, level: BoxLevel) -> bool:
-        """Tell whether distances at the centres exceed what the boxes let bodies move."""
+        """Tell whether distances at the centres exceed the bodies' motion within the boxes."""
         plan = self.plan
         reaches = motion_reaches(plan, *self.grid.bounds)
         needed = needed_distances(plan, reaches @ self.grid.halves(level.halvings))

@@ -34,7 +34,7 @@ def certify_by_distances(
     max_boxes: int = 1_000_000,
     threads: int = 1,
 ) -> DistanceCertificate:
-    """Return what is known of a polyhedron of configurations q, within the joints' limits.
+    """Return a certificate by distances of a polyhedron of q, within the joints' limits.
 
     At the centre of a box each pair has a distance; within the box no point of it can move by more
     than its joints' motions times their reach. Where that is less, the pair cannot meet in the

@@ -1,4 +1,4 @@
-"""What proofs of regions refuse."""
+"""The errors of proofs of regions."""
 
 from scene_graph_ros.geometry.errors import SceneGraphError
 

@@ -96,7 +96,7 @@ class ExactStack(Sequence[ExactMatrix]):
 def stacked(parts: Sequence[Sequence[Matrix]], count: int, order: int) -> ExactArray | None:
     """Return ``count`` matrices of an order of each part, ``(p, r, m, m)``; None for others.
 
-    Also for what only looks like whole numbers.
+    Also for floats that only look like whole numbers.
     """
     if any(len(part) != count for part in parts):
         return None

@@ -48,7 +48,7 @@ def grown_rows(
     """Return rows C ``(m, n)``, of length 1 where they bound something, and sides d ``(m,)``.
 
     ``{B z + center}`` for all ``|z| <= 1`` stays inside, as do the options' points. Where some of
-    the cost is given up, planes have the most of what they had. Raises SolverError.
+    the cost is given up, planes keep most of their clearance. Raises SolverError.
     """
     clearances = []
     program = ConeProgram()

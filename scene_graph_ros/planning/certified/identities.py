@@ -27,7 +27,7 @@ __all__ = [
 
 
 def gram_sums(grams: NDArray[Any], monomials: Monomials) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Return what Gram matrices ``(p, r, m, m)`` of a region's bounds are, ``(p, k)``.
+    """Return the polynomials ``(p, k)`` of Gram matrices ``(p, r, m, m)`` of a region's bounds.
 
     Rows are 1, then ``1 + u`` and ``1 - u`` of each variable. Of all others there is
     ``m(u)' G m(u)`` alone, ``(p, rest, q)``. The basis m may be the constant alone.
@@ -47,12 +47,12 @@ def gram_sums(grams: NDArray[Any], monomials: Monomials) -> tuple[NDArray[Any], 
 def exact_residuals(
     side: Side, plane: ExactArray, clearance: Fraction, grams: ExactArray, rows: ExactArray
 ) -> NDArray[Any]:
-    """Return numerators less what Gram matrices ``(p, r, m, m)`` show of them, times a number.
+    """Return numerators less the polynomials of Gram matrices ``(p, r, m, m)``, times a number.
 
-    A numerator is what is not negative where a point keeps its radius and the clearance, times
-    the denominator: for the clearance times at least that, see `Side.exact_clearance`. ``rows
-    (own, n + 1)`` are the region's own. Where a plane does not move, and bounds show nothing,
-    there are no more monomials than the products.
+    A numerator is a polynomial that is not negative where a point keeps its radius and the
+    clearance, times the denominator: for the clearance times at least that, see
+    `Side.exact_clearance`. ``rows (own, n + 1)`` are the region's own. Where a plane does not
+    move, and bounds show nothing, there are no more monomials than the products.
     """
     monomials, radius = side.monomials, Fraction(side.radius)
     pose, points = side.frame.coefficients, side.body.points
@@ -118,7 +118,7 @@ def least_values(residuals: NDArray[Any], is_square: NDArray[np.bool_]) -> NDArr
 
 
 def normal_residuals(grams: ExactArray, plane: ExactArray) -> ExactArray:
-    """Return what ``[[1, a'], [a, 1]]`` is more than Gram matrices ``(r, 4, 4)`` show.
+    """Return ``[[1, a'], [a, 1]]`` less the sum of Gram matrices ``(r, 4, 4)``.
 
     ``(n + 1, 4, 4)``: the constant part first, then the factors of each variable.
     """

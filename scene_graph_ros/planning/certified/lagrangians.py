@@ -81,7 +81,7 @@ class SeparatingPlaneLagrangians:
     """The multipliers of one rational, a point's numerator, over the rows of a region.
 
     ``numerator - polytope . (d - C s) - s_lower . (s - s_lower) - s_upper . (s_upper - s)`` is not
-    negative in the region: it is ``constant``, itself a sum of squares, and what of it has no
+    negative in the region: it is ``constant``, itself a sum of squares, and a part that has no
     squares but is no less than its other coefficients together. Only rows and bounds that are
     about the pair's positions have multipliers; ``rows`` and ``positions`` say which.
     """

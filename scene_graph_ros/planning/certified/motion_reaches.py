@@ -20,8 +20,8 @@ def motion_reaches(
 
     Where positions differ by dq, no point of A is farther from where it was, relative to B, than
     the row of the pair times ``|dq|``. A joint that turns moves a point by no more than the turn
-    times the point's distance from its axis, which is at most the sum of what is between them. As
-    the proofs of edges have it, for boxes instead of edges.
+    times the point's distance from its axis, which is at most the sum of the offsets between them.
+    As the proofs of edges have it, for boxes instead of edges.
 
     Raises CertificateError for joints that are neither revolute nor prismatic.
     """
@@ -45,7 +45,7 @@ def motion_reaches(
 def _outs(
     tree: KinematicTree, lower: NDArray[np.float64], upper: NDArray[np.float64]
 ) -> list[float]:
-    """Return how far each joint of the table may be from its parent at most."""
+    """Return the largest distance of each joint of the table from its parent."""
     result = [0.0]
     for joint, start in zip(tree.joints, tree.table.starts[1:], strict=True):
         out = float(np.linalg.norm(joint.X_PJ[:3, 3]))
@@ -64,7 +64,7 @@ def _add_ways(
     outs: list[float],
     ways: NDArray[np.float64],
 ) -> None:
-    """Add what each joint between a body's own and ``last`` moves a point of the body by."""
+    """Add the motion of a point of a body by each joint between its own and ``last``."""
     while row != last:
         joint = tree.joints[row - 1]
         factor = reach if joint.kind == REVOLUTE else 1.0

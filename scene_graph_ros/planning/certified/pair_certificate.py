@@ -1,4 +1,4 @@
-"""What shows that two geometries keep apart in a region, checked without a solver."""
+"""Proofs that two geometries keep apart in a region, checked without a solver."""
 
 from __future__ import annotations
 
@@ -37,14 +37,14 @@ LEAST_CLEARANCE = Fraction(1, 10**8)
 @one_line()
 @dataclass(frozen=True)
 class PairCertificate:
-    """A plane, and Gram matrices that show what it keeps, all rational.
+    """A plane, and Gram matrices that prove its clearance, all rational.
 
     ``plane`` has the three coordinates of the normal, then the offset, each the constant and the
     factors of u. ``clearance`` (m) is kept on both sides of it. ``normal_grams`` show that the
     normal is no longer than 1, ``grams`` that each point is beside the plane: a matrix for each
-    row of the problem, in its side's basis or in the constant alone. What a point's numerator is
-    more than its matrices show must not be negative, either: its constant is no less than all its
-    other coefficients together.
+    row of the problem, in its side's basis or in the constant alone. The part of a point's
+    numerator beyond its matrices must not be negative, either: its constant is no less than all
+    its other coefficients together.
     """
 
     problem: PairProblem
@@ -108,7 +108,7 @@ class PairCertificate:
         return self.failure() is None
 
     def failure(self) -> str | None:
-        """Return what does not hold, or None."""
+        """Return the condition that does not hold, or None."""
         n = len(self.problem.variables)
         if self.clearance < LEAST_CLEARANCE:
             return f"the clearance is {float(self.clearance):.3g} m"

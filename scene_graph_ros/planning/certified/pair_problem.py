@@ -1,4 +1,4 @@
-"""What is to be shown of two geometries: a plane keeps them apart at all s of a region.
+"""The claim about two geometries: a plane keeps them apart at all s of a region.
 
 In the frame E in the middle between them the plane is ``a(s) . x + b(s) = 0`` with a and b affine
 in s, and ``|a(s)| <= 1`` in the region. A is on its positive side, B on the negative one, each by

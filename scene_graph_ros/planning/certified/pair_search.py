@@ -44,7 +44,7 @@ def better_pair(known: PairCertificate, by: SolverChoice | None = None) -> PairC
 def certified_pair(
     problem: PairProblem, by: SolverChoice | None = None
 ) -> PairCertificate | PairFailure:
-    """Solve a pair's program, by a solver of choice, and prove what it says."""
+    """Solve a pair's program, by a solver of choice, and prove its answer."""
     try:
         if by is None:
             solution = best_plane(problem)

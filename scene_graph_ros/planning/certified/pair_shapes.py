@@ -1,4 +1,4 @@
-"""Shapes as balls of one radius about the points of a hull: what a plane is beside."""
+"""Shapes as balls of one radius about the points of a hull, which a plane separates."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class RoundedHull(NamedTuple):
 
 
 def rounded_hull(shape: Shape, name: str) -> RoundedHull:
-    """Return a shape, or what is around it: of a cylinder a prism, of an ellipsoid its box.
+    """Return a shape, or an outer bound: of a cylinder a prism, of an ellipsoid its box.
 
     Of a mesh it is the hull. A half space has no points. Raises CertificateError, which says the
     geometry's ``name``, for other shapes.

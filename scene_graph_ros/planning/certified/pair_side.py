@@ -35,7 +35,7 @@ class MovingFrame:
 
     @property
     def monomials(self) -> Monomials:
-        """Those of the identities of what is fixed in J."""
+        """The monomials of the identities of points fixed in J."""
         return monomials_of(len(next(iter(self.pose.denominator))), self.moving)
 
     @cached_property
@@ -97,7 +97,7 @@ class Side:
 
     @property
     def hull(self) -> RoundedHull:
-        """What the plane is beside."""
+        """The hull that the plane is beside."""
         return self.body.hull
 
     @property
@@ -131,7 +131,7 @@ class Side:
         return result
 
     def exact_clearance(self, order: int) -> ExactArray:
-        """Return what a clearance comes times in a numerator: a polynomial ``(k,)``.
+        """Return the factor of a clearance in a numerator: a polynomial ``(k,)``.
 
         It is at least the denominator. With Gram matrices of order 1 it is that; with larger ones
         there is a little more, which is in their inside: some of all products of ``1 + u^2``.

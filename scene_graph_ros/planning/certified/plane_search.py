@@ -53,7 +53,7 @@ def most_clearance(problem: PairProblem) -> Solution:
 def plane_for_growth(problem: PairProblem, by: SolverChoice | None = None) -> Solution:
     """Return a plane with clearance that asks for little of where the region's rows are.
 
-    What a row comes times is what moving it out takes from the identities. A solver that is chosen
+    A row's factor is the loss in the identities by moving it out. A solver that is chosen
     looks for the most clearance alone. Raises SolverError.
     """
     if by is not None:

@@ -1,4 +1,4 @@
-"""What is known of a polytope: a certificate of each pair, or why there is none."""
+"""The certificate of a polytope: one of each pair, or the reason for none."""
 
 from __future__ import annotations
 
@@ -45,9 +45,9 @@ class PairFailure:
 @one_line()
 @dataclass(frozen=True, eq=False)
 class PolytopeCertificate:
-    """A polytope of s, and what was shown of each pair of geometries in it.
+    """A polytope of s, and the certificate of each pair of geometries in it.
 
-    ``region`` is what the proof is about: the polytope within the joints' limits, with bounds of
+    ``region`` is the proof's domain: the polytope within the joints' limits, with bounds of
     each s. ``certificates`` and ``failures`` are by pairs of geometry ids. Pairs in neither were
     not looked at, as the search ended at a failure. ``ignored`` pairs were not to be looked at.
     """
@@ -101,11 +101,11 @@ class PolytopeCertificate:
 
     @property
     def distance(self) -> float:
-        """Metres: what all pairs with a certificate are apart at least, less their padding."""
+        """Metres: the least distance of all pairs with a certificate, less their padding."""
         return min((each.distance for each in self.certificates.values()), default=float("inf"))
 
     def contains(self, q: Any) -> NDArray[np.bool_]:
-        """Tell which configurations ``(m, nq)`` have their s in the region."""
+        """Return a mask ``(m,)`` of the configurations ``(m, nq)`` with their s in the region."""
         return self.region.contains(self.kinematics.compute_s_value(q))
 
     def pairs(self) -> list[int]:
@@ -120,7 +120,7 @@ class PolytopeCertificate:
     def verify(self) -> bool:
         """Tell whether the certificates show that the region is free, in rational arithmetic.
 
-        What is to be shown is made anew from the robot, the shapes and the region; of the solver
+        The claims are made anew from the robot, the shapes and the region; of the solver
         there are only the numbers that are checked.
         """
         if not self.is_success:

@@ -1,9 +1,9 @@
-"""From a solver's floats to rational numbers that prove what they say.
+"""From a solver's floats to rational numbers that prove their answer.
 
-Plane and Gram matrices are rounded to a grid. What a numerator is then more than its Gram
-matrices show need not be zero, only surely not negative where no variable is larger than 1, and
+Plane and Gram matrices are rounded to a grid. The difference of a numerator and its Gram
+matrices need not be zero, only surely not negative where no variable is larger than 1, and
 giving up some clearance makes it so (compare Peyrl and Parrilo, "Computing sum of squares
-decompositions with rational coefficients", 2008, who project it away). What is left of that is
+decompositions with rational coefficients", 2008, who project it away). The remainder of that is
 put into the Gram matrix of the constant row, so that a certificate claims nothing more than it
 shows. The bound of the normal holds to the last digit.
 """
@@ -89,7 +89,7 @@ def _stacks(
     clearance: Fraction,
     grams: NDArray[np.float64],
 ) -> list[ExactStack]:
-    """Return each point's Gram matrices; that of 1 gets what is left of its numerator."""
+    """Return each point's Gram matrices; that of 1 gets the remainder of its numerator."""
     whole = _grid_matrices(grams)
     shown = np.asarray(whole / _GRID, dtype=np.float64)
     floats = np.array(plane, dtype=np.float64)
@@ -101,10 +101,10 @@ def _stacks(
 
 
 def _extras(problem: PairProblem, solution: Solution, share: float) -> NDArray[np.float64]:
-    """Return what each row's Gram matrices get on their diagonals, ``(r,)``.
+    """Return the addition to the diagonals of each row's Gram matrices, ``(r,)``.
 
-    All of it together is less than the squares that are given up with the clearance; what else
-    is given up with it has a matrix of its own. A solver's matrices may be a little indefinite,
+    All of it together is less than the squares that are given up with the clearance; all else that
+    is given up has a matrix of its own. A solver's matrices may be a little indefinite,
     and rounding moves them.
     """
     n, own = len(problem.variables), len(problem.rows)
@@ -115,7 +115,7 @@ def _extras(problem: PairProblem, solution: Solution, share: float) -> NDArray[n
 
 
 def _corrected_normal(grams: ExactArray, plane: ExactArray) -> ExactStack:
-    """Add to Gram matrices what the bound of the normal is more than they show.
+    """Add to Gram matrices the excess of the bound of the normal over them.
 
     A factor of u is ``1 + u`` by a half, less ``1 - u`` by a half.
     """

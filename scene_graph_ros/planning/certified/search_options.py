@@ -31,7 +31,7 @@ __all__ = [
 
 
 class EllipsoidMarginCost(enum.Enum):
-    """What is the largest of the margins between a polytope's faces and the ellipsoid inside."""
+    """The largest of the margins between a polytope's faces and the ellipsoid inside."""
 
     SUM = "sum"
     """One face may stay where it is for the others."""
@@ -165,14 +165,14 @@ class BinarySearchOptions:
 @one_line()
 @dataclass(frozen=True)
 class BilinearAlternationOptions:
-    """How a polytope is grown: for how many rounds, until it grows by less than what share.
+    """How a polytope is grown: for how many rounds, until the relative growth is small.
 
     ``convergence_tol`` is about the volume of the largest ellipsoid in the polytope; that
     ellipsoid, scaled by ``ellipsoid_scaling``, stays inside, as do ``s_inner_pts`` ``(m, nq)``,
     which must be inside at first. Faces move by ``ellipsoid_margin_cost``. These and more may be
     given together as ``find_polytope_options``, and those of the search for planes as
     ``find_lagrangian_options``. Raises CertificateError for numbers that make no sense, and for
-    what is given twice.
+    options given twice.
     """
 
     max_iter: int = 10

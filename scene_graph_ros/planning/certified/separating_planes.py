@@ -69,8 +69,8 @@ _TYPES: dict[type, CIrisGeometryType] = {
 class CIrisCollisionGeometry:
     """A geometry beside a plane: its shape, and its pose ``X_BG`` ``(4, 4)`` in a body's frame.
 
-    The body is the link that carries it, or the world, for what no robot moves; ``body_index`` is
-    its `CheckerBody`'s, that of the geometry's own frame.
+    The body is the link that carries it, or the world, for geometry that no robot moves;
+    ``body_index`` is its `CheckerBody`'s, that of the geometry's own frame.
     """
 
     id: GeometryId

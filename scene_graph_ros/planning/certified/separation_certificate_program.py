@@ -1,4 +1,4 @@
-"""The program of one pair as a value: what is solved for its plane."""
+"""The program of one pair as a value, to be solved for its plane."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ _NORMAL = 4
 
 
 class Solution(NamedTuple):
-    """What a solver said: floats that prove nothing."""
+    """A solver's answer: floats that prove nothing."""
 
     plane: NDArray[np.float64]
     """``(4, n + 1)``: the normal's coordinates and the offset, each affine, the constant first."""
@@ -189,7 +189,7 @@ class SeparationProgram:
         return columns
 
     def _entries_of_moving_rows(self, terms: _SideTerms) -> list[Entries]:
-        """Return what the last point's equations have of rows whose Gram matrices are given."""
+        """Return the terms in the last point's equations of rows whose Gram matrices are given."""
         assert self._moving is not None
         grams = self._moving.grams[self._number]
         self._number += 1
@@ -204,7 +204,7 @@ class SeparationProgram:
 
 
 class _SideTerms:
-    """What all points of one side share: what Gram matrices add to each monomial."""
+    """The terms of all points of one side: the Gram matrices' part of each monomial."""
 
     def __init__(self, side: Side, rows: Sequence[NDArray[np.float64]]) -> None:
         self.side, self.monomials, self._rows_of_region = side, side.monomials, rows

@@ -1,4 +1,4 @@
-"""A polytope of tangents of half angles, within bounds of each: what a proof is about."""
+"""A polytope of tangents of half angles, within bounds of each: the domain of a proof."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _OUTWARDS = 1e-9
 class TangentRegion:
     """``{s: C s <= d, lower <= s <= upper}``, of just these floats; bounds are finite.
 
-    With ``ties_all`` all pairs are looked at in all variables, whatever the rows are about.
+    With ``ties_all`` all pairs are looked at in all variables, also those that no row has.
     """
 
     lower: NDArray[np.float64]
@@ -63,7 +63,7 @@ class TangentRegion:
         return replace(self, C=self.C[kept], d=self.d[kept])
 
     def contains(self, s: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Tell which of some points ``(m, n)`` are in the region."""
+        """Return a mask ``(m,)`` of the points ``(m, n)`` in the region."""
         rows = np.concatenate([self.lower - s, s - self.upper, s @ self.C.T - self.d], axis=1)
         return np.asarray((rows <= 0.0).all(axis=1))
 
@@ -164,7 +164,7 @@ def _own_ends(
     is_own: NDArray[np.bool_],
     limits: tuple[NDArray[np.float64], NDArray[np.float64]],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the joints' limits, and what rows with one entry say where that is less."""
+    """Return the joints' limits, tightened by rows with one entry."""
     lower, upper = (each.copy() for each in limits)
     for row, side, own in zip(rows, sides, is_own, strict=True):
         for k in np.flatnonzero(own):

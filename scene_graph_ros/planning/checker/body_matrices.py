@@ -142,7 +142,7 @@ class BodyMatrices:
         return result
 
     def _entries(self, a: int, b: int) -> set[tuple[int, int]]:
-        """Return where the entries of a pair are, after checking that it can have some."""
+        """Return the indices of a pair's entries, after checking that it can have some."""
         if a == b:
             name = self.bodies.all[a].name
             raise CollisionCheckerError(f"bodyA and bodyB are both {name!r}, which is no pair")
@@ -161,7 +161,7 @@ class BodyMatrices:
         return f"{self.bodies.all[a].name!r} and {self.bodies.all[b].name!r}"
 
     def _checked(self, field: str, matrix: ArrayLike, dtype: Any, fixed: int) -> NDArray[Any]:
-        """Return the robots' rows of a whole matrix, after checking what all have to be.
+        """Return the robots' rows of a whole matrix, after checking its shape and values.
 
         ``fixed`` is the value on the diagonal and between bodies around robots.
         """

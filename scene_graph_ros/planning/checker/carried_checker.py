@@ -1,18 +1,17 @@
-"""What a collision checker answers, as a value that another process can read."""
+"""A collision checker as a value that another process can read."""
 
 from __future__ import annotations
 
-from collections import OrderedDict
 from dataclasses import dataclass, replace
 import hashlib
 import pickle
-import threading
 from typing import Any
 import zlib
 
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.meshes.cache import BuildCache
 from scene_graph_ros.planning.checker.checker_interface import CollisionChecker
 from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
 from scene_graph_ros.planning.checker.configuration_checks import first_pairs
@@ -31,27 +30,21 @@ _KEPT = 4
 
 @dataclass(frozen=True)
 class PackedChecker:
-    """A checker as bytes; some 10 kB where shapes are simple, and what hulls and meshes need."""
+    """A checker as bytes; some 10 kB where shapes are simple, more with hulls and meshes."""
 
     data: bytes
     digest: str
 
     def unpacked(self) -> Any:
         """Return the checker; a process unpacks it once."""
-        with _LOCK:
-            found = _UNPACKED.get(self.digest)
-            if found is None:
-                # Executors unpickle the shares that it comes in, so it is as safe as these.
-                found = pickle.loads(zlib.decompress(self.data))  # noqa: S301
-                _UNPACKED[self.digest] = found
-            _UNPACKED.move_to_end(self.digest)
-            while len(_UNPACKED) > _KEPT:
-                _UNPACKED.popitem(last=False)
-            return found
+        # Executors unpickle the shares that it comes in, so it is as safe as these.
+        return _UNPACKED.get(
+            self.digest,
+            lambda: pickle.loads(zlib.decompress(self.data)),  # noqa: S301
+        )
 
 
-_UNPACKED: OrderedDict[str, Any] = OrderedDict()
-_LOCK = threading.RLock()  # A thread that is interrupted may come once more.
+_UNPACKED: BuildCache[Any] = BuildCache(_KEPT)
 
 
 class CarriedChecker:
@@ -106,10 +99,10 @@ class CarriedChecker:
 
 
 def pack(checker: CollisionChecker) -> PackedChecker:
-    """Return a checker as bytes. Raises CollisionCheckerError for what has no bytes.
+    """Return a checker as bytes. Raises CollisionCheckerError where it has none.
 
-    Of a `SceneGraphCollisionChecker` whose ways are straight that is what kernels read, any other
-    one is pickled as it is.
+    Of a `SceneGraphCollisionChecker` whose edges are straight these are the kernels' inputs, any
+    other one is pickled as it is.
     """
     carried: Any = checker
     if type(checker) is SceneGraphCollisionChecker:

@@ -1,4 +1,4 @@
-"""What a collision checker checks, and how it is changed: shapes, paddings, filters."""
+"""Changes of a collision checker: shapes, paddings, filters."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class ChangingChecker:
     def add_collision_shape(self, group_name: str, description: BodyShapeDescription) -> bool:
         """Add a shape to a body, under the name of a group; tell whether it was added.
 
-        The body's padding and filters hold for it. A half space on what a robot moves is not
+        The body's padding and filters hold for it. A half space on a moving body is not
         added. Raises MeshError for a mesh that cannot be used.
         """
         return self.add_collision_shapes(group_name, [description]) == 1
@@ -121,7 +121,7 @@ class ChangingChecker:
         return self.add_collision_shape_to_body(group_name, frame, shape, X_AG)
 
     def get_all_added_collision_shapes(self) -> dict[str, list[BodyShapeDescription]]:
-        """Return what was added, by group."""
+        """Return the added shapes, by group."""
         result: dict[str, list[BodyShapeDescription]] = {}
         for each in self._state.added:
             result.setdefault(each.group, []).append(each.description)
@@ -157,13 +157,13 @@ class ChangingChecker:
     # Paddings.
 
     def get_padding_between(self, bodyA: AnyBody, bodyB: AnyBody) -> float:
-        """Return what two bodies have to keep, in m; 0 of a body to itself."""
+        """Return the padding between two bodies, in m; 0 of a body to itself."""
         a, b = sorted(self._pair(bodyA, bodyB))
         padding = self._state.matrices.padding
         return float(padding[a, b]) if a < len(padding) else 0.0
 
     def set_padding_between(self, bodyA: AnyBody, bodyB: AnyBody, padding: float) -> None:
-        """Set what two bodies have to keep, in m; a negative one allows that they overlap.
+        """Set the padding between two bodies, in m; a negative one allows that they overlap.
 
         One of them must be a robot's.
         """
@@ -171,7 +171,7 @@ class ChangingChecker:
         self._set_matrices(lambda m: m.with_padding_between(*pair, padding))
 
     def set_paddings_between(self, paddings: Mapping[tuple[AnyBody, AnyBody], float]) -> None:
-        """Set what several pairs of bodies have to keep, in m, all at once."""
+        """Set the paddings of several pairs of bodies, in m, all at once."""
         pairs = [(*self._pair(*bodies), padding) for bodies, padding in paddings.items()]
 
         def change(matrices: BodyMatrices) -> BodyMatrices:
@@ -185,7 +185,7 @@ class ChangingChecker:
         self,
         paddings: Iterable[tuple[Iterable[GeometryId] | None, Iterable[GeometryId] | None, float]],
     ) -> None:
-        """Set what geometries have to keep from others, in m, in place of their bodies' paddings.
+        """Set geometries' paddings from others, in m, in place of their bodies' paddings.
 
         Each entry has two sets of ids, None for all, and the padding; later entries overrule
         earlier ones, and those of earlier calls are forgotten. Paddings of bodies that are set
@@ -208,17 +208,17 @@ class ChangingChecker:
         self._set_matrices(lambda m: m.with_padding_matrix(collision_padding))
 
     def set_padding_all_robot_environment_pairs(self, padding: float) -> None:
-        """Set what robots have to keep from all around them, in m."""
+        """Set the padding of robots from all around them, in m."""
         self._set_matrices(lambda m: m.with_environment_padding(padding))
 
     def set_padding_all_robot_robot_pairs(self, padding: float) -> None:
-        """Set what bodies of robots have to keep from each other, in m."""
+        """Set the padding of robots' bodies from each other, in m."""
         self._set_matrices(lambda m: m.with_robot_padding(padding))
 
     def set_padding_one_robot_body_all_environment_pairs(
         self, body: AnyBody, padding: float
     ) -> None:
-        """Set what one body of a robot has to keep from all around, in m."""
+        """Set the padding of one body of a robot from all around, in m."""
         index = self.get_body(body).index
         self._set_matrices(lambda m: m.with_environment_padding(padding, index))
 

@@ -42,7 +42,7 @@ AnyBody: TypeAlias = CheckerBody | FrameId | int | str
 
 
 class CheckerBodies:
-    """All bodies of a scene: links of robots and what these carry come first."""
+    """All bodies of a scene: links of robots and carried geometry come first."""
 
     def __init__(
         self,

@@ -42,12 +42,12 @@ class CollisionCheckerContext:
         return self._q
 
     def set_positions(self, q: ArrayLike) -> None:
-        """Set the positions ``(nq,)``. Raises KinematicTreeError for what is no configuration."""
+        """Set the positions ``(nq,)``. Raises KinematicTreeError for another shape or type."""
         (configuration,) = self._state().plan.tree.checked_configurations(q)
         self._q = _frozen(configuration.copy())
 
     def query_object(self) -> QueryObject:
-        """Return what answers about the scene with the robots there, now and later alike."""
+        """Return the query object of the scene with the robots there, now and later alike."""
         return QueryObject(moved_snapshot(self._state(), self._q))
 
 
@@ -98,9 +98,9 @@ class CheckerContexts:
 
 
 def checked_parallelism(parallelism: Any, supports_parallel_checking: bool) -> int:
-    """Return how many contexts have numbers: one for each processor, or as many as asked for.
+    """Return the number of contexts with numbers: one for each processor, or as many as asked for.
 
-    Where threads cannot share the work it is 1. Raises CollisionCheckerError for what is no whole
+    Where threads cannot share the work it is 1. Raises CollisionCheckerError unless it is a whole
     number from 1 on.
     """
     count = os.cpu_count() or 1 if parallelism is None else parallelism

@@ -1,4 +1,4 @@
-"""What all collision checkers have, whatever it is that they call a collision."""
+"""The interface of all collision checkers, also with another notion of collision."""
 
 from __future__ import annotations
 
@@ -40,9 +40,9 @@ Self = TypeVar("Self", bound="CollisionChecker")
 
 @one_line("robot_model_instances")
 class CollisionChecker(ChangingChecker, MeasuringChecker, ABC):
-    """Answers about configurations ``(nq,)`` of the robots of a scene, and what is between them.
+    """Answers about configurations ``(nq,)`` of the robots of a scene, and edges between them.
 
-    Who derives from it says what collides, by ``check_configs_collision_free``. Edges are then
+    A derived class decides collisions, by ``check_configs_collision_free``. Edges are then
     sampled at ``edge_step_size``, which proves nothing between the samples; the scene's own
     checker proves them instead. ``threads=`` shares batches out, if it supports parallel checking.
     """
@@ -115,7 +115,7 @@ class CollisionChecker(ChangingChecker, MeasuringChecker, ABC):
 
     @abstractmethod
     def measure_edges(self, edges: ArrayLike, *, threads: int = 1) -> list[EdgeMeasure]:
-        """Return how far each edge ``(n, 2, nq)`` is proven free."""
+        """Return a measure of each edge ``(n, 2, nq)``: the part that is proven free."""
 
     @abstractmethod
     def calc_robot_clearance(self, q: ArrayLike, influence_distance: float) -> RobotClearance:
@@ -123,18 +123,18 @@ class CollisionChecker(ChangingChecker, MeasuringChecker, ABC):
 
     @abstractmethod
     def classify_body_collisions(self, q: ArrayLike) -> list[RobotCollisionType]:
-        """Return what each body collides with at q ``(nq,)``, in the bodies' order."""
+        """Return the type of each body's collisions at q ``(nq,)``, in the bodies' order."""
 
     @abstractmethod
     def max_num_distances(self) -> int:
-        """Return how many rows `calc_robot_clearance` has at most."""
+        """Return the largest number of rows of `calc_robot_clearance`."""
 
     # What follows from that.
 
     def check_config_collision_free(self, q: ArrayLike) -> bool:
         """Tell whether q ``(nq,)`` is free.
 
-        Raises KinematicTreeError for another shape and what is not finite.
+        Raises KinematicTreeError for another shape and values that are not finite.
         """
         checked = self._tree.checked_configurations(one_configuration("q", q))
         return bool(self.check_configs_collision_free(checked)[0])
@@ -148,7 +148,7 @@ class CollisionChecker(ChangingChecker, MeasuringChecker, ABC):
     def check_edges_by_samples(self, edges: ArrayLike, *, threads: int = 1) -> NDArray[np.bool_]:
         """Tell of each edge ``(n, 2, nq)`` whether its samples are free, both ends included.
 
-        They are at steps of ``edge_step_size``; nothing is known of what is between them. Raises
+        They are at steps of ``edge_step_size``; nothing is known of the edges in between. Raises
         CollisionCheckerError for another shape.
         """
         ends = real_array(edges, "edges must be numbers", CollisionCheckerError)
@@ -166,7 +166,7 @@ class CollisionChecker(ChangingChecker, MeasuringChecker, ABC):
         return bool(self.check_edges_collision_free(one_edge(q1, q2))[0])
 
     def measure_edge(self, q1: ArrayLike, q2: ArrayLike) -> EdgeMeasure:
-        """Return how far the edge from q1 to q2 ``(nq,)`` is proven free, and what stops it."""
+        """Return the proven part of the edge from q1 to q2 ``(nq,)`` and its obstacle."""
         return self.measure_edges(one_edge(q1, q2))[0]
 
     # The same by the reference's names.
@@ -178,25 +178,25 @@ class CollisionChecker(ChangingChecker, MeasuringChecker, ABC):
         return bool(self.check_edges_collision_free(one_edge(q1, q2), threads=threads)[0])
 
     def measure_edge_collision_free(self, q1: ArrayLike, q2: ArrayLike) -> EdgeMeasure:
-        """Return what `measure_edge` does."""
+        """Return the same as `measure_edge`."""
         return self.measure_edge(q1, q2)
 
     def measure_edge_collision_free_parallel(
         self, q1: ArrayLike, q2: ArrayLike, *, threads: int = 1
     ) -> EdgeMeasure:
-        """Return what `measure_edge` does; threads share the pieces of a provider's way."""
+        """Return the same as `measure_edge`; threads share the pieces of a provider's curve."""
         return self.measure_edges(one_edge(q1, q2), threads=threads)[0]
 
     def measure_edges_collision_free(
         self, edges: ArrayLike, *, threads: int = 1
     ) -> list[EdgeMeasure]:
-        """Return what `measure_edges` does."""
+        """Return the same as `measure_edges`."""
         return self.measure_edges(edges, threads=threads)
 
     def measure_context_edge_collision_free(
         self, model_context: CollisionCheckerContext, q1: ArrayLike, q2: ArrayLike
     ) -> EdgeMeasure:
-        """Return what `measure_context_edge` does."""
+        """Return the same as `measure_context_edge`."""
         return self.measure_context_edge(model_context, q1, q2)
 
     # Contexts. CollisionCheckerError is raised for one that is not this checker's own.
@@ -265,11 +265,11 @@ class CollisionChecker(ChangingChecker, MeasuringChecker, ABC):
     def classify_context_body_collisions(
         self, model_context: CollisionCheckerContext, q: ArrayLike
     ) -> list[RobotCollisionType]:
-        """Set a context's positions ``(nq,)``; return what each body collides with there."""
+        """Set a context's positions ``(nq,)``; return the type of each body's collisions."""
         return self.classify_body_collisions(self.update_context_positions(model_context, q).q)
 
     def max_context_num_distances(self, model_context: CollisionCheckerContext) -> int:
-        """Return how many rows `calc_context_robot_clearance` has at most."""
+        """Return the largest number of rows of `calc_context_robot_clearance`."""
         self._contexts.own(model_context)
         return self.max_num_distances()
 

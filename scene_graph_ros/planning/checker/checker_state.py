@@ -23,7 +23,7 @@ __all__ = ["CheckerState", "GeometryPadding", "make_state"]
 
 
 class GeometryPadding(NamedTuple):
-    """What geometries keep from others, by their ids' values; None: from all."""
+    """Paddings of geometries from others, by their ids' values; None: from all."""
 
     of: frozenset[int] | None
     to: frozenset[int] | None
@@ -41,7 +41,7 @@ class GeometryPadding(NamedTuple):
         return cls(one, other, finite_number("padding", padding))
 
     def of_pairs(self, plan: CheckerPlan) -> NDArray[np.bool_]:
-        """Tell which of all the plan's pairs it is about, ``(p,)``."""
+        """Return a mask ``(p,)`` of the plan's pairs that it is about."""
         ids = np.array([int(each) for each in plan.geometry_ids], dtype=np.int64)
         both = ids[plan.all_pairs.table.bodies]
         one, other = (
@@ -53,7 +53,7 @@ class GeometryPadding(NamedTuple):
 
 
 class CheckerState(NamedTuple):
-    """A moment of a scene, what was added to it, and what is checked. Changes make another one."""
+    """A moment of a scene, added shapes, and the checked pairs. Changes make another one."""
 
     base: Snapshot
     """Without the shapes that were added."""
@@ -91,9 +91,9 @@ class CheckerState(NamedTuple):
         return self._replace(matrices=matrices, plan=plan, body_of=self.bodies_of_all[checked])
 
     def padded(self, environment: float | None, own: float | None) -> CheckerState:
-        """Return the state with paddings (m) to what is around robots, and between their bodies.
+        """Return the state with paddings (m) to all around robots, and between their bodies.
 
-        None leaves them. Raises CollisionCheckerError for what is not finite.
+        None leaves them. Raises CollisionCheckerError unless they are finite.
         """
         matrices = self.matrices
         if environment is not None:
@@ -136,7 +136,7 @@ class CheckerState(NamedTuple):
 def make_state(
     model: RobotDiagram, snapshot: Snapshot, robots: Iterable[str] | None
 ) -> CheckerState:
-    """Return what is known of a moment of a scene, without padding.
+    """Return the state of a moment of a scene, without padding.
 
     ``robots`` are those that it is for; None: all. Raises CollisionCheckerError for other names.
     """

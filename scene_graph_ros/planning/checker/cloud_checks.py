@@ -21,7 +21,7 @@ _First = Callable[[CheckerPlan, NDArray[np.float64], int], NDArray[np.int64]]
 def first_pairs_with_clouds(
     plan: CheckerPlan, q: NDArray[np.float64], threads: int, first_of_all: _First
 ) -> NDArray[np.int64] | None:
-    """Return what ``first_pairs`` does, None where no cloud of the plan stands still.
+    """Return the same as ``first_pairs``, None where no cloud of the plan stands still.
 
     ``first_of_all`` looks at pairs one by one, as at all others.
     """

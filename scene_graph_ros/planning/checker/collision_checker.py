@@ -91,17 +91,17 @@ class SceneGraphCollisionChecker(CollisionChecker):
     ) -> None:
         """Prepare for the robots of ``model`` at its context's present moment, or at ``snapshot``.
 
-        ``env_collision_padding`` is kept between robots and what is around them,
+        ``env_collision_padding`` is kept between robots and all around them,
         ``self_collision_padding`` between robots' own bodies; a negative one allows that they
         overlap. Where an edge's clearance is below ``tolerance`` it is undecided. Distances and
         ways are the linear provider's, or those of one of your own; then ``edge_step_size`` is how
         long the straight pieces of a way are. ``robot_model_instances`` names the robots that it
-        is for, else all: others move with q, but are what is around these, and are not checked
-        against each other. ``implicit_context_parallelism`` is how many contexts have numbers.
-        With ``require_homogeneous_filters`` the scene must filter all geometries of two bodies or
-        none. Raises CollisionCheckerError for a number that is not finite, a tolerance or step
-        size that is not positive, and a robot that is not there;
-        HeterogeneousFiltersError for a scene that filters some geometries of two bodies only.
+        is for, else all: others move with q, but count as surroundings, and are not checked
+        against each other. ``implicit_context_parallelism`` is the number of contexts with
+        numbers. With ``require_homogeneous_filters`` the scene must filter all geometries of two
+        bodies or none. Raises CollisionCheckerError for a number that is not finite, a tolerance
+        or step size that is not positive, and a robot that is not there; HeterogeneousFiltersError
+        for a scene that filters some geometries of two bodies only.
         """
         self._tolerance = finite_number("tolerance", tolerance)
         if self._tolerance <= 0.0:
@@ -129,7 +129,7 @@ class SceneGraphCollisionChecker(CollisionChecker):
     ) -> SceneGraphCollisionChecker:
         """Return a checker for the same robots at another moment of the scene.
 
-        What is around the robots, and what is carried by them, is where ``snapshot`` has it; added
+        Surroundings, and geometry that robots carry, are where ``snapshot`` has them; added
         shapes, filters and paddings are this one's, but for paddings that are given. That is much
         faster than to make a checker. With a ``model`` of the same robots they stand where that
         has them. Raises CollisionCheckerError for other robots, another model of the scene than
@@ -159,12 +159,12 @@ class SceneGraphCollisionChecker(CollisionChecker):
 
     @property
     def snapshot(self) -> Snapshot:
-        """The moment of the scene that it is about, with what was added."""
+        """The moment of the scene that it is about, with added shapes."""
         return self._state.snapshot
 
     @property
     def plan(self) -> CheckerPlan:
-        """What kernels read."""
+        """The kernels' inputs."""
         return self._state.plan
 
     @property
@@ -182,7 +182,7 @@ class SceneGraphCollisionChecker(CollisionChecker):
     def check_config_collision_free(self, q: ArrayLike) -> bool:
         """Tell whether no pair is nearer than its padding at q ``(nq,)``.
 
-        Raises KinematicTreeError for another shape and what is not finite, CollisionCheckerError
+        Raises KinematicTreeError for another shape and for infinities, CollisionCheckerError
         for a position beyond all scenes.
         """
         return bool(self.check_configs_collision_free(one_configuration("q", q))[0])
@@ -216,7 +216,7 @@ class SceneGraphCollisionChecker(CollisionChecker):
         return ConfigurationCollisions(rows, pairs, np.array(depths, dtype=np.float64))
 
     def calc_pair_depth(self, q: ArrayLike, pair: tuple[GeometryId, GeometryId]) -> float:
-        """Return how much nearer than its padding a pair that is checked is at q ``(nq,)``, in m.
+        """Return the padding of a checked pair less its distance at q ``(nq,)``, in m.
 
         ``pair`` are two geometry ids. Negative where the pair is further apart. Raises
         CollisionCheckerError for a pair that is not checked.
@@ -231,7 +231,7 @@ class SceneGraphCollisionChecker(CollisionChecker):
     def checked_configurations(self, configurations: ArrayLike) -> NDArray[np.float64]:
         """Return configurations ``(n, nq)`` after checking that poses may have such positions.
 
-        Raises KinematicTreeError for another shape and what is not finite, CollisionCheckerError
+        Raises KinematicTreeError for another shape and for infinities, CollisionCheckerError
         for a position beyond all scenes.
         """
         if self._tree.is_certainly_within(configurations, MAX_COORDINATE):
@@ -258,7 +258,7 @@ class SceneGraphCollisionChecker(CollisionChecker):
     def calc_robot_clearances(
         self, configurations: ArrayLike, influence_distance: float
     ) -> list[RobotClearance]:
-        """Return what `calc_robot_clearance` does of each of many configurations ``(n, nq)``.
+        """Return `calc_robot_clearance` of each of many configurations ``(n, nq)``.
 
         That is faster than asking about one after another. Raises as that does.
         """
@@ -270,20 +270,20 @@ class SceneGraphCollisionChecker(CollisionChecker):
     def calc_clearance_columns(
         self, configurations: ArrayLike, influence_distance: float
     ) -> ClearanceColumns:
-        """Return what `calc_robot_clearances` does of ``(n, nq)`` as arrays, without objects."""
+        """Return `calc_robot_clearances` of ``(n, nq)`` as arrays, without objects."""
         influence = _influence(influence_distance)
         return clearance_columns(
             self._state, self.checked_configurations(configurations), influence
         )
 
     def max_num_distances(self) -> int:
-        """Return how many rows `calc_robot_clearance` has at most."""
+        """Return the largest number of rows of `calc_robot_clearance`."""
         return self.num_pairs
 
     def classify_body_collisions(self, q: ArrayLike) -> list[RobotCollisionType]:
-        """Return what each body collides with at q ``(nq,)``, in the bodies' order.
+        """Return the type of each body's collisions at q ``(nq,)``, in the bodies' order.
 
-        All pairs are looked at. Bodies around the robots are NO_COLLISION, whatever they touch.
+        All pairs are looked at. Bodies around the robots are NO_COLLISION in any case.
         Raises as `check_config_collision_free`.
         """
         (configuration,) = self.checked_configurations(one_configuration("q", q))
@@ -300,7 +300,7 @@ class SceneGraphCollisionChecker(CollisionChecker):
         provider has ways of its own it is these, as straight pieces (`way`), each of them proven.
         Curves are Bézier curves with m control points, along which floating joints must not turn.
         An edge that comes nearer to a collision than the checker's tolerance counts as not free.
-        Raises KinematicTreeError for what is not finite, CollisionCheckerError for another shape.
+        Raises KinematicTreeError for infinities, CollisionCheckerError for another shape.
         """
         return self.edge_statuses(edges, threads=threads) == FREE
 
@@ -308,7 +308,7 @@ class SceneGraphCollisionChecker(CollisionChecker):
         """Tell whether the edge between two configurations ``(nq,)`` is proven free.
 
         With ``proof=False`` that its samples are free, at steps of ``edge_step_size``; nothing is
-        known of what is between them. Raises as `check_edges_collision_free`.
+        known of the edge in between. Raises as `check_edges_collision_free`.
         """
         if proof:
             return self.check_edge_collision_free(q1, q2)
@@ -324,7 +324,7 @@ class SceneGraphCollisionChecker(CollisionChecker):
         return joined_statuses(prove(plan, ways.pieces, rules, threads=threads).statuses, ways)
 
     def measure_edges(self, edges: ArrayLike, *, threads: int = 1) -> list[EdgeMeasure]:
-        """Return how far each edge ``(n, m, nq)`` is proven free, and what stops it.
+        """Return the part of each edge ``(n, m, nq)`` that is proven free, and its obstacle.
 
         See `check_edges_collision_free`.
         """
@@ -374,7 +374,7 @@ def _influence(distance: float) -> float:
 
 
 def _depth(state: CheckerState, q: NDArray[np.float64], pair: int) -> float:
-    """Return how much nearer than its padding a pair (row of the plan) is at q ``(nq,)``."""
+    """Return the padding of a pair (row of the plan) less its distance at q ``(nq,)``, in m."""
     plan = state.plan
     a, b = plan.pairs.bodies[pair, ::-1] if plan.pairs.swaps[pair] else plan.pairs.bodies[pair]
     rows = plan.bodies.rows[[[a, b]]]

@@ -1,4 +1,4 @@
-"""What collision checkers are made of, as one value."""
+"""The parameters of collision checkers, as one value."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class CollisionCheckerParams:
     """Whether to refuse a scene that filters some geometries of two bodies, and others not."""
 
     def __post_init__(self) -> None:
-        """Check what can be checked without a checker."""
+        """Check all that needs no checker."""
         model: Any = self.model
         if not isinstance(model, RobotDiagram):
             raise CollisionCheckerError(f"model must be a RobotDiagram, not {quoted(self.model)}")

@@ -38,15 +38,15 @@ class DistanceAndInterpolationProvider(ABC):
     """Measures configurations ``(nq,)`` and finds those in between; derive from it for your own.
 
     The distance of a configuration from itself must be 0. At ratio 0 there must be the first one,
-    at 1 the second, and between two equal ones only these. What a hook returns is checked; what it
-    raises goes to whoever asked, and changes nothing.
+    at 1 the second, and between two equal ones only these. A hook's answer is checked; an error
+    that it raises goes to the caller, and changes nothing.
     """
 
     def compute_configuration_distance(self, q1: ArrayLike, q2: ArrayLike) -> float:
         """Return the distance from q1 to q2 ``(nq,)``, which is not negative.
 
         Raises CollisionCheckerError for configurations that are not finite or not alike in shape,
-        and for what is no distance.
+        and for a value that is no distance.
         """
         found = self._do_compute_configuration_distance(*_alike(q1, q2))
         distance = as_float(found)
@@ -62,7 +62,7 @@ class DistanceAndInterpolationProvider(ABC):
         """Return the configuration ``(nq,)`` at a ratio from 0 to 1 of the way from q1 to q2.
 
         Raises CollisionCheckerError for another ratio, configurations that are not finite or not
-        alike in shape, and for what is no configuration.
+        alike in shape, and for an answer that is no configuration.
         """
         first, second = _alike(q1, q2)
         part = as_float(ratio)

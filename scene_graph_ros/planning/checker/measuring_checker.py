@@ -29,7 +29,7 @@ MAX_PIECES = 1_000_000
 class MeasuringChecker:
     """The provider of a checker, and ways between configurations.
 
-    A provider is put in place at once, and what has begun keeps its own.
+    A provider is put in place at once; checks that have begun keep their own.
     """
 
     def __init__(
@@ -95,8 +95,9 @@ class MeasuringChecker:
     ) -> None:
         """Use another function ``(q1, q2)``. Raises CollisionCheckerError as said below.
 
-        That is for what cannot be called, for this checker's own distance, and where a provider is
-        in use: the checker must have been made with a ``configuration_distance_function``.
+        That is for an object that cannot be called, for this checker's own distance, and where a
+        provider is in use: the checker must have been made with a
+        ``configuration_distance_function``.
         """
         self._not_own("distance_function", distance_function)
         function = _callable("distance_function", distance_function)
@@ -143,7 +144,7 @@ class MeasuringChecker:
         return type(provider) is LinearDistanceAndInterpolationProvider
 
     def _distances(self, edges: NDArray[np.float64]) -> list[float]:
-        """Return how far the ends of edges ``(n, m, nq)`` are apart; of curves it is Euclidean."""
+        """Return the distances of the ends of edges ``(n, m, nq)``; Euclidean of curves."""
         provider, first, last = self._provider, edges[:, 0], edges[:, -1]
         if edges.shape[1] > 2:
             return np.linalg.norm(last - first, axis=1).tolist()
@@ -164,7 +165,7 @@ class MeasuringChecker:
 
         They are at equal ratios, as many as make steps of at most ``edge_step_size`` where the
         distance is uniform. Raises CollisionCheckerError for more than `MAX_PIECES` steps, and
-        what a provider of your own raises.
+        the errors of a provider of your own.
         """
         distance = self._provider.compute_configuration_distance(q1, q2)
         steps = max(1.0, np.ceil(distance / self._edge_step_size))

@@ -19,7 +19,7 @@ __all__ = ["EndTrouble", "find_troubles", "pair_words"]
 
 
 class EndTrouble(NamedTuple):
-    """What is wrong with a configuration: as a failure where it is a start or a goal."""
+    """The fault of a configuration: as a failure where it is a start or a goal."""
 
     of_start: PlanFailure
     of_goal: PlanFailure
@@ -37,7 +37,7 @@ def find_troubles(
     """Return, for each configuration ``(n, nq)``, why no path begins or ends there, or None.
 
     They must keep more than ``tolerance`` (m) beyond all paddings. ``prover`` does as `prove`.
-    Only what ``moves`` ``(nq,)``, where that is given, has to be within limits.
+    Only the positions in ``moves`` ``(nq,)``, where given, have to be within limits.
     """
     points = np.repeat(configurations[:, np.newaxis], 2, axis=1)
     rules = EdgeRules(measures=False, part=1.0, tolerance=tolerance)
@@ -71,7 +71,7 @@ def find_troubles(
 
 
 def _collision(checker: SceneGraphCollisionChecker, q: NDArray[np.float64]) -> str:
-    """Return which pair is deepest in each other, or in its padding, in words."""
+    """Return a sentence on the pair that is deepest in each other, or in its padding."""
     clearance = checker.calc_robot_clearance(q, 0.0)
     if not clearance.pairs:
         return ""

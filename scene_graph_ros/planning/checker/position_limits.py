@@ -16,7 +16,7 @@ def beyond_limits(
 ) -> NDArray[np.bool_]:
     """Tell of each entry of configurations ``(..., nq)`` whether it is beyond its limits.
 
-    Only of those that ``moves`` ``(nq,)``, where that is given: what stays as it is, is where it
+    Only of those in ``moves`` ``(nq,)``, where that is given: any other stays where it
     was measured.
     """
     result: NDArray[np.bool_] = q < tree.lower - LIMIT_ROUNDING
@@ -27,9 +27,9 @@ def beyond_limits(
 def moved_inside(
     tree: KinematicTree, q: NDArray[np.float64], moves: NDArray[np.bool_], tolerance: float
 ) -> NDArray[np.float64]:
-    """Return a configuration ``(nq,)`` with what is beyond a limit by so little at the limit.
+    """Return a configuration ``(nq,)``, clipped where it is beyond a limit by so little.
 
-    ``tolerance`` is in rad or m. What is beyond by more stays, and so does what does not move.
+    ``tolerance`` is in rad or m. Positions beyond by more stay, and so do those that do not move.
     """
     inside = np.clip(q, tree.lower, tree.upper)
     is_near = moves & (np.abs(inside - q) <= tolerance)
@@ -39,7 +39,7 @@ def moved_inside(
 def describe_excess(
     tree: KinematicTree, q: NDArray[np.float64], moves: NDArray[np.bool_] | None = None
 ) -> str | None:
-    """Return which position of a configuration ``(nq,)`` is beyond its limits, in words.
+    """Return a sentence on the position of a configuration ``(nq,)`` beyond its limits.
 
     ``moves`` is as of `beyond_limits`.
     """

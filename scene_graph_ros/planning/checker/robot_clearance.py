@@ -50,7 +50,7 @@ class RobotCollisionType(enum.Enum):
         in_environment_collision: bool | None = None,
         in_self_collision: bool | None = None,
     ) -> RobotCollisionType:
-        """Return the type with one or both told anew; None leaves what is known."""
+        """Return the type with one or both told anew; None leaves the present one."""
         around, own = bool(self.value & 1), bool(self.value & 2)
         if in_environment_collision is not None:
             around = in_environment_collision
@@ -149,7 +149,8 @@ class RobotClearance:
     ) -> None:
         """Append a row; ``jacobian`` is ``(nq,)``, the distance in m.
 
-        Raises CollisionCheckerError for another shape, what is no number and what is no type.
+        Raises CollisionCheckerError for another shape, values that are not numbers and unknown
+        types.
         """
         row = real_array(jacobian, "jacobian must be numbers", CollisionCheckerError)
         if row.shape != (self.num_positions,):
@@ -171,7 +172,7 @@ class RobotClearance:
         self._size += 1
 
     def _named(self) -> _Names:
-        """Return whom the rows are about, which is worked out when it is first asked for."""
+        """Return the names of the rows' bodies, made when they are first asked for."""
         told = self._told
         if told is not None:
             self._names = told()
@@ -180,7 +181,7 @@ class RobotClearance:
 
     @classmethod
     def _of(cls, near: NearPairs, told: Callable[[], _Names]) -> RobotClearance:
-        """Return a table of rows that are right; ``told`` says whom they are about."""
+        """Return a table of rows that are right; ``told`` names their bodies."""
         result = cls.__new__(cls)
         result._distances, result._jacobians = near.distances, near.jacobians
         result._told, result._size = told, len(near.distances)
@@ -206,7 +207,7 @@ class ClearanceColumns(NamedTuple):
 
 
 class _Names(NamedTuple):
-    """Whom the rows of a table are about."""
+    """The bodies of the rows of a table."""
 
     pairs: list[Any]
     bodies: list[tuple[int, int]]
@@ -266,7 +267,7 @@ def _names_of(state: CheckerState, near: NearPairs) -> _Names:
 
 
 def collision_types(state: CheckerState, q: NDArray[np.float64]) -> list[RobotCollisionType]:
-    """Return what each body collides with at q ``(nq,)``, by all pairs."""
+    """Return the type of each body's collisions at q ``(nq,)``, by all pairs."""
     plan, robots = state.plan, state.bodies.num_robot_bodies
     found = _near(plan, poses_of_rows(plan, q), 0.0)
     collides = found.padded < -plan.pairs.touching[found.pairs]

@@ -18,7 +18,7 @@ __all__ = ["RobotInstances", "robot_instances"]
 
 
 class RobotInstances(NamedTuple):
-    """Some robots of a model; the others move with their own positions, as what is around."""
+    """Some robots of a model; the others move with their own positions, as surroundings."""
 
     links: frozenset[int] | None
     """The links (rows of the tree) of these robots; None: all are."""

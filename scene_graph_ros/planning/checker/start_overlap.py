@@ -1,4 +1,4 @@
-"""How deep pairs overlap where a path begins, and what is proven of the way out."""
+"""The depths of pairs that overlap where a path begins, and the proof of the way out."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class StartOverlap(NamedTuple):
 def start_overlap_of(
     checker: SceneGraphCollisionChecker, q: NDArray[np.float64]
 ) -> StartOverlap | None:
-    """Return what overlaps where a path begins ``(nq,)``; None where nothing does.
+    """Return the overlaps where a path begins ``(nq,)``; None without any.
 
     A pair that is apart by less than twice the checker's tolerance counts, as nothing is proven
     of it.

@@ -39,7 +39,7 @@ class UnimplementedCollisionChecker(CollisionChecker):
         implicit_context_parallelism: int | None = None,
         require_homogeneous_filters: bool = False,
     ) -> None:
-        """Take what all checkers have. Raises CollisionCheckerError naming the field."""
+        """Take the parameters of all checkers. Raises CollisionCheckerError naming the field."""
         state = make_state(model, model.context.snapshot, robot_model_instances)
         super().__init__(
             model,

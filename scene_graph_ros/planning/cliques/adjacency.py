@@ -16,7 +16,7 @@ __all__ = ["CliqueError", "checked_adjacency", "is_clique", "sparse"]
 
 
 class CliqueError(SceneGraphError, ValueError):
-    """What is no graph, or a solver's answer that is no clique."""
+    """A matrix that is no graph, or a solver's answer that is no clique."""
 
 
 def checked_adjacency(adjacency_matrix: Any) -> NDArray[np.bool_]:
@@ -52,7 +52,7 @@ def is_clique(adjacent: NDArray[np.bool_], members: Iterable[int]) -> bool:
 
 
 def sparse(adjacent: NDArray[np.bool_]) -> Any:
-    """Return a dense matrix as what solvers of one's own are given: a csc_matrix of bool."""
+    """Return a dense matrix as a csc_matrix of bool, the argument of solvers of one's own."""
     from scipy.sparse import csc_matrix
 
     return csc_matrix(adjacent)

@@ -27,7 +27,7 @@ __all__ = ["MinCliqueCoverSolverBase", "MinCliqueCoverSolverViaGreedy"]
 class MinCliqueCoverSolverBase(ABC):
     """Looks for cliques that cover a graph, as few as it can.
 
-    Who derives from it says which, by ``_do_solve_min_clique_cover``.
+    A derived class chooses them, by ``_do_solve_min_clique_cover``.
     """
 
     def solve_min_clique_cover(
@@ -36,7 +36,8 @@ class MinCliqueCoverSolverBase(ABC):
         """Return the vertices of each clique; with ``partition`` no vertex is in two.
 
         ``adjacency_matrix`` is a sparse or dense ``(n, n)``. Raises CliqueError where it is not
-        symmetric, and where a solver of your own returns what are no cliques, or share vertices.
+        symmetric, and where a solver of your own returns sets that are no cliques, or share
+        vertices.
         """
         adjacent = checked_adjacency(adjacency_matrix)
         if not len(adjacent):
@@ -60,14 +61,14 @@ class MinCliqueCoverSolverBase(ABC):
 
 
 class MinCliqueCoverSolverViaGreedy(MinCliqueCoverSolverBase):
-    """Takes the largest clique of what is not covered, until it is below a size.
+    """Takes the largest clique of the vertices not covered, until it is below a size.
 
     Each clique takes at least that many vertices out, so n vertices have at most
     ``n / min_clique_size`` cliques. Where that size is above 1, some vertices may stay uncovered.
     """
 
     def __init__(self, max_clique_solver: MaxCliqueSolverBase, min_clique_size: int = 1) -> None:
-        """Take what finds each clique. Raises CliqueError unless the size is at least 1."""
+        """Take the solver of cliques. Raises CliqueError unless the size is at least 1."""
         if not isinstance(max_clique_solver, MaxCliqueSolverBase):
             raise CliqueError(
                 f"max_clique_solver must be a MaxCliqueSolverBase, not {quoted(max_clique_solver)}"

@@ -34,14 +34,14 @@ __all__ = [
 class MaxCliqueSolverBase(ABC):
     """Looks for vertices of a graph that are all adjacent to each other, as many as it can.
 
-    Who derives from it says which, by ``_do_solve_max_clique``.
+    A derived class chooses it, by ``_do_solve_max_clique``.
     """
 
     def solve_max_clique(self, adjacency_matrix: Any) -> NDArray[np.bool_]:
-        """Return which vertices ``(n,)`` are in the clique; the diagonal does not count.
+        """Return a mask ``(n,)`` of the vertices in the clique; the diagonal does not count.
 
         ``adjacency_matrix`` is a sparse or dense ``(n, n)``. Raises CliqueError where it is not
-        symmetric, and where what a solver of your own returns is no clique.
+        symmetric, and where the answer of a solver of your own is no clique.
         """
         adjacent = checked_adjacency(adjacency_matrix)
         n = len(adjacent)
@@ -112,7 +112,7 @@ class MaxCliqueSolverViaMip(MaxCliqueSolverBase):
     ) -> None:
         """Take a guess ``(n,)``, of which a clique is at least as large as, and HiGHS' options.
 
-        What is above 0.5 in the guess counts; unless that is a clique, it is no help. Options are
+        Entries above 0.5 in the guess count; unless that is a clique, it is no help. Options are
         those of ``scipy.optimize.milp``: ``time_limit`` (s), ``mip_rel_gap``, ``node_limit``,
         ``presolve``, ``disp``.
         """
@@ -124,7 +124,7 @@ class MaxCliqueSolverViaMip(MaxCliqueSolverBase):
         return None if self._guess is None else self._guess.copy()
 
     def set_initial_guess(self, initial_guess: ArrayLike | None) -> None:
-        """Set the guess ``(n,)``. Raises CliqueError for what is no vector of finite numbers."""
+        """Set the guess ``(n,)``. Raises CliqueError unless it is a vector of finite numbers."""
         if initial_guess is None:
             self._guess: NDArray[np.float64] | None = None
             return
@@ -176,7 +176,7 @@ class MaxCliqueSolverViaMip(MaxCliqueSolverBase):
         return result
 
     def _at_least(self, adjacent: NDArray[np.bool_]) -> list[Any]:
-        """Return what the guess says: how large the clique is at least."""
+        """Return the guess's lower bound of the size of the clique."""
         from scipy.optimize import LinearConstraint
 
         n = len(adjacent)

@@ -43,7 +43,7 @@ def visibility_graph(
     proof: bool = True,
     executor: AnyExecutor | None = None,
 ) -> csc_matrix:
-    """Return which of ``points (n, nq)`` see each other: a symmetric matrix ``(n, n)`` of bool.
+    """Return the mutual visibility of ``points (n, nq)``: a symmetric matrix ``(n, n)`` of bool.
 
     Edges are those of ``checker.check_edges_collision_free``: the scene's own checker proves them.
     With ``proof=False`` they are sampled at ``edge_step_size``. A point sees itself if it is free;

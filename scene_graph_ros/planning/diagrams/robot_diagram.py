@@ -44,9 +44,9 @@ class RobotDiagram:
     frames: Mapping[str, FrameId]
 
     def query(self, q: ArrayLike) -> QueryObject:
-        """Return what answers about the scene with the robots at q ``(nq,)``, and draws it.
+        """Return the query object of the scene with the robots at q ``(nq,)``; it also draws it.
 
-        Raises KinematicTreeError for another shape and what is not finite.
+        Raises KinematicTreeError for another shape and values that are not finite.
         """
         snapshot = self.context.snapshot
         links = tuple(self.frames)

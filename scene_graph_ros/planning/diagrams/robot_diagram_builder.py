@@ -28,7 +28,7 @@ class DiagramBuiltError(SceneGraphError, RuntimeError):
 
 
 class _Added(NamedTuple):
-    """What was added at once. It counts while its sources are registered."""
+    """The parts that were added at once. They count while their sources are registered."""
 
     sources: frozenset[SourceId]
     robots: dict[str, LoadedRobot]
@@ -37,7 +37,7 @@ class _Added(NamedTuple):
 
 @one_line("scene_graph")
 class RobotDiagramBuilder:
-    """Makes a `RobotDiagram` of robots, scene files, and what is registered by hand.
+    """Makes a `RobotDiagram` of robots, scene files, and geometry that is registered by hand.
 
     All but `is_diagram_built` raises DiagramBuiltError once it is built.
     """
@@ -59,7 +59,7 @@ class RobotDiagramBuilder:
         return self._scene_graph
 
     def add_scene(self, path: str | Path, *, prefix: str = "") -> LoadedScene:
-        """Read a scene file, with its robots; return what became of it.
+        """Read a scene file, with its robots; return the outcome.
 
         ``prefix`` goes before the names of its sources and anchored geometries. Raises
         SceneFileError naming file, line and key, and then has added nothing.

@@ -34,9 +34,9 @@ def prove_with_clouds(
     proofs: _Arrays,
     prove_all: _Prove,
 ) -> bool:
-    """Write what ``prove`` does of edges; tell whether that is so, as some cloud stands still.
+    """Write the rows of ``prove`` for edges; tell whether that is so, as some cloud stands still.
 
-    ``prove_all`` takes all pairs alike. It decides what yes and no leave undecided.
+    ``prove_all`` takes all pairs alike. It decides edges that yes and no leave undecided.
     """
     split = split_of(plan)
     if split is None:

@@ -1,4 +1,4 @@
-"""What is known of an edge between two configurations."""
+"""The measure of an edge between two configurations."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ __all__ = ["EdgeMeasure", "EdgeStatus", "measure_of"]
 
 
 class EdgeStatus(enum.Enum):
-    """What is known of an edge."""
+    """The status of an edge."""
 
     FREE = FREE
     """Proven: no configuration on it collides."""
@@ -40,7 +40,7 @@ class EdgeMeasure:
     ``alpha`` is the largest value found for which
     all configurations from q1 up to it are proven free, ``q1 + alpha (q2 - q1)`` where the edge is
     straight: 1 where all are, negative where q1 collides.
-    ``least_clearance`` (m) is what all pairs certainly stay apart beyond their padding, 0 unless
+    ``least_clearance`` (m) is a lower bound of all pairs' distances beyond their padding, 0 unless
     the edge is free. Where it collides or is undecided, ``configuration``, which is ``at`` from 0
     to 1 on the edge, shows it, and ``pair`` are the two geometries, with their names.
     """
@@ -76,7 +76,7 @@ class EdgeMeasure:
 def measure_of(
     plan: CheckerPlan, edge: NDArray[np.float64], proofs: EdgeProofs, row: int
 ) -> EdgeMeasure:
-    """Return what one row of proofs says of its edge ``(m, nq)``."""
+    """Return the measure of an edge ``(m, nq)`` by its row of proofs."""
     status, pair = int(proofs.statuses[row]), int(proofs.pairs[row])
     alpha, t, least, _ = proofs.numbers[row].tolist()
     is_free = status == FREE

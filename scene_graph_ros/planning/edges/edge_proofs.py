@@ -23,7 +23,7 @@ __all__ = ["EdgeProofs", "EdgeProver", "edge_scratch", "prove"]
 
 
 class EdgeProofs(NamedTuple):
-    """What is known of edges; see ``prove_edges``."""
+    """The proofs of edges; see ``prove_edges``."""
 
     statuses: NDArray[np.int64]
     """``(n,)``: COLLIDES, FREE or UNDECIDED."""
@@ -34,7 +34,7 @@ class EdgeProofs(NamedTuple):
 
 
 def edge_scratch(plan: CheckerPlan) -> EdgeScratch:
-    """Return what kernels that prove edges write to, for one thread."""
+    """Return the scratch arrays of kernels that prove edges, for one thread."""
     pairs, robots = len(plan.pairs.bodies), len(plan.bodies.joints)
     joints, positions = len(plan.tree.table.kinds), plan.tree.num_positions
     return EdgeScratch(
@@ -85,7 +85,7 @@ class EdgeProver:
     """Proves straight edges one after another, in one thread, with arrays that are made once."""
 
     def __init__(self, plan: CheckerPlan, rules: EdgeRules, stop: NDArray[np.int64]) -> None:
-        """Take what `prove` takes."""
+        """Take the arguments of `prove`."""
         self._edge = np.empty((1, 2, plan.tree.num_positions))
         self._proof = EdgeProofs(np.empty(1, np.int64), np.empty((1, 4)), np.empty(1, np.int64))
         self._arguments = (

@@ -32,7 +32,7 @@ class Ways(NamedTuple):
 
 
 def joined_statuses(statuses: NDArray[np.int64], ways: Ways) -> NDArray[np.int64]:
-    """Return what is known of each way: that one of its pieces collides, or is not proven."""
+    """Return the status of each curve: that one of its pieces collides, or is not proven."""
     result = np.full(len(ways.starts) - 1, FREE, dtype=np.int64)
     for status in (UNDECIDED, COLLIDES):
         found = np.concatenate([[0], np.cumsum(statuses == status)])[ways.starts]
@@ -41,7 +41,7 @@ def joined_statuses(statuses: NDArray[np.int64], ways: Ways) -> NDArray[np.int64
 
 
 def joined_measures(measures: Sequence[EdgeMeasure], ways: Ways) -> list[EdgeMeasure]:
-    """Return how far each way is free; its pieces have equal shares of ``alpha``.
+    """Return the measure of each curve; its pieces have equal parts of ``alpha``.
 
     ``alpha`` ends at the first piece which is not. If one collides, the first of these is told of.
     """

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from scene_graph_ros.convex.graphs.model.whole_edits import as_before, Undo, WholeEdits
-from scene_graph_ros.convex.questions.arguments import as_nonnegative
-from scene_graph_ros.planning.gcs.arguments import as_bounds, as_count, as_weights
+from scene_graph_ros.convex.questions.arguments import as_nonnegative, as_whole
+from scene_graph_ros.planning.gcs.arguments import as_bounds, as_weights
 from scene_graph_ros.planning.gcs.edges_between_subgraphs import EdgesBetweenSubgraphs
 from scene_graph_ros.planning.gcs.joined_edges import JoinedEdges
 from scene_graph_ros.planning.gcs.subgraph import Subgraph
@@ -16,7 +16,7 @@ __all__ = ["AllSubgraphs"]
 
 
 class AllSubgraphs:
-    """What may be asked of all segments at once, also of those that are added later."""
+    """Costs and constraints of all segments at once, also of those that are added later."""
 
     def __init__(self, num_positions: int) -> None:
         self._num_positions = num_positions
@@ -30,17 +30,17 @@ class AllSubgraphs:
             rule(to)
 
     def _undos(self) -> Iterable[Undo]:
-        """Return what undoes an edit of the lists here."""
+        """Return the steps that undo an edit of the lists here."""
         yield as_before(self, ("_subgraphs", "_between", "_rules"))
 
     def _undos_of_all(self) -> Iterable[Undo]:
-        """Return what undoes an edit of all that there is."""
+        """Return the steps that undo an edit of all that there is."""
         yield from self._undos()
         for each in (*self._subgraphs, *self._between):
             yield from each._undos()
 
     def _rule(self, rule: Callable[[JoinedEdges], None]) -> None:
-        """Have a rule hold for all that there is, and for what comes."""
+        """Have a rule hold for all that there is, and for all to come."""
 
         def change() -> None:
             for each in (*self._subgraphs, *self._between):
@@ -95,7 +95,7 @@ class AllSubgraphs:
         Along all edges between segments of that order and above; others have no such derivative.
         """
         label = "GcsTrajectoryOptimization.add_path_continuity_constraints: continuity_order"
-        order = as_count(continuity_order, 1, label)
+        order = as_whole(continuity_order, label, 1)
 
         def rule(to: JoinedEdges) -> None:
             if to.most_continuity >= order:
@@ -110,7 +110,7 @@ class AllSubgraphs:
         `JoinedEdges.add_continuity_constraints`.
         """
         label = "GcsTrajectoryOptimization.add_continuity_constraints: continuity_order"
-        order = as_count(continuity_order, 1, label)
+        order = as_whole(continuity_order, label, 1)
 
         def rule(to: JoinedEdges) -> None:
             if to.most_continuity >= order:
@@ -122,7 +122,7 @@ class AllSubgraphs:
         """Ask for ``lb <= q^(N)(t) <= ub`` ``(n,)``, of all segments of order N and above."""
         label = "GcsTrajectoryOptimization.add_nonlinear_derivative_bounds"
         low, high = as_bounds(lb, ub, self._num_positions, label)
-        order = as_count(derivative_order, 2, f"{label}: derivative_order")
+        order = as_whole(derivative_order, f"{label}: derivative_order", 2)
 
         def rule(to: JoinedEdges) -> None:
             if isinstance(to, Subgraph) and to.order >= order:

@@ -10,13 +10,14 @@ from scene_graph_ros.convex.errors import ConvexSetError
 from scene_graph_ros.convex.graphs.graph import GraphOfConvexSets
 from scene_graph_ros.convex.graphs.model.edge import Edge, Vertex
 from scene_graph_ros.convex.graphs.model.whole_edits import whole_edit, WholeEdits
+from scene_graph_ros.convex.questions.arguments import as_whole
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
 from scene_graph_ros.convex.sets.hyperrectangle import Hyperrectangle
 from scene_graph_ros.convex.sets.point import Point
 from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
-from scene_graph_ros.planning.gcs.arguments import as_bounds, as_count
+from scene_graph_ros.planning.gcs.arguments import as_bounds
 from scene_graph_ros.planning.gcs.joined_edges import Bounds, JoinedEdges
 from scene_graph_ros.planning.gcs.nonlinear_terms import bound_derivative
 from scene_graph_ros.planning.gcs.subgraph import Subgraph
@@ -54,7 +55,7 @@ class EdgesBetweenSubgraphs(JoinedEdges):
 
     @property
     def meeting_bounds(self) -> tuple[Bounds, ...]:
-        """Orders and bounds ``(n,)`` of what derivatives of q(t) keep where segments meet here.
+        """Orders of derivatives of q(t), and their bounds ``(n,)``, where segments meet here.
 
         Order 1 is the velocity; bounds are 0 and 0 where a derivative is to be zero.
         """
@@ -95,7 +96,7 @@ class EdgesBetweenSubgraphs(JoinedEdges):
         """
         label = f"{self._name}: add_nonlinear_derivative_bounds"
         low, high = as_bounds(lb, ub, self._first.num_positions, label)
-        order = as_count(derivative_order, 2, f"{label}: derivative_order")
+        order = as_whole(derivative_order, f"{label}: derivative_order", 2)
         self._check_order(order, label)
         for edge in self._edges:
             for place in self._ends(edge, order):
@@ -110,7 +111,7 @@ class EdgesBetweenSubgraphs(JoinedEdges):
         Raises ConvexSetError for an order below 1, or above that of both.
         """
         label = f"{self._name}: add_zero_derivative_constraints: derivative_order"
-        order = as_count(derivative_order, 1, label)
+        order = as_whole(derivative_order, label, 1)
         self._check_order(order, label)
         for edge in self._edges:
             for segment, index, key in self._ends(edge, order):
@@ -126,7 +127,7 @@ class EdgesBetweenSubgraphs(JoinedEdges):
             )
 
     def _ends(self, edge: Edge, order: int) -> list[tuple[Any, int, int]]:
-        """Return where a derivative is that meets at an edge: of both, where they have one."""
+        """Return the variables of a derivative at an edge: of both segments that have one."""
         ends = [(self._first, self._first.order - order, edge.u.id), (self._second, 0, edge.v.id)]
         return [end for end in ends if end[0].order >= order]
 

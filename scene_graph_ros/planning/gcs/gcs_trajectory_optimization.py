@@ -1,4 +1,4 @@
-"""The best trajectory through convex regions, with what none is better than."""
+"""The best trajectory through convex regions, with a lower bound of the cost."""
 
 from __future__ import annotations
 
@@ -18,14 +18,13 @@ from scene_graph_ros.convex.graphs.model.options import (
 )
 from scene_graph_ros.convex.graphs.model.whole_edits import Undo
 from scene_graph_ros.convex.graphs.search.result import GraphOfConvexSetsResult
-from scene_graph_ros.convex.questions.arguments import as_nonnegative
+from scene_graph_ros.convex.questions.arguments import as_nonnegative, as_whole
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.convex.sets.pairwise_intersections import as_joints
 from scene_graph_ros.convex.sets.point import Point
 from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.gcs.all_subgraphs import AllSubgraphs
-from scene_graph_ros.planning.gcs.arguments import as_count
 from scene_graph_ros.planning.gcs.edges_between_subgraphs import EdgesBetweenSubgraphs
 from scene_graph_ros.planning.gcs.joined_edges import Bounds, JoinedEdges
 from scene_graph_ros.planning.gcs.region_pairs import (
@@ -69,7 +68,7 @@ class GcsTrajectoryOptimization(AllSubgraphs):
 
     def __init__(self, num_positions: int, continuous_revolute_joints: Sequence[int] = ()) -> None:
         label = "GcsTrajectoryOptimization"
-        super().__init__(as_count(num_positions, 1, f"{label}: num_positions"))
+        super().__init__(as_whole(num_positions, f"{label}: num_positions", 1))
         self._joints = as_joints(continuous_revolute_joints, self._num_positions, label)
         self._graph = GraphOfConvexSets()
 
@@ -124,7 +123,7 @@ class GcsTrajectoryOptimization(AllSubgraphs):
         label = (
             f"GcsTrajectoryOptimization.add_regions: {name or f'subgraph {len(self._subgraphs)}'}"
         )
-        count = as_count(order, 0, f"{label}: order")
+        count = as_whole(order, f"{label}: order", 0)
         takes_time = count > 0 or h_min is not None or h_max is not None
         low, high = (
             as_nonnegative(default if value is None else value, f"{label}: {what}")
@@ -235,7 +234,7 @@ class GcsTrajectoryOptimization(AllSubgraphs):
         self._graph._remove(writes)
 
     def _settle(self) -> None:
-        """Do, or undo, what is left of an edit that was interrupted."""
+        """Finish or undo an edit that was interrupted."""
         self._graph._edges.now()
         self._whole_edits.settle()
 
@@ -263,7 +262,7 @@ class GcsTrajectoryOptimization(AllSubgraphs):
         no region of a path takes time.
 
         Raises ConvexSetError for other subgraphs and for costs that may be negative, SolverError
-        where the solver failed, or where what it found is not what is promised.
+        where the solver failed, or where its answer breaks a constraint.
         """
         label = "GcsTrajectoryOptimization.solve_path"
         self._check_subgraph(source, f"{label}: source")
@@ -344,7 +343,7 @@ class GcsTrajectoryOptimization(AllSubgraphs):
     def _onward(
         self, edge: Edge | None
     ) -> tuple[np.ndarray, int, tuple[int, ...], tuple[Bounds, ...]]:
-        """Return the offset of an edge, what goes on along it, of r(s) and of q(t), and bounds."""
+        """Return the offset of an edge, its continuous orders of r(s) and q(t), and bounds."""
         for each in (*self._subgraphs, *self._between):
             offset = None if edge is None else each.offset_of(edge)
             if offset is not None:

@@ -16,7 +16,7 @@ from scene_graph_ros.convex.graphs.expressions.transcription import (
 from scene_graph_ros.convex.graphs.graph import GraphOfConvexSets
 from scene_graph_ros.convex.graphs.model.edge import Edge, Vertex
 from scene_graph_ros.convex.graphs.model.whole_edits import as_before, Undo, whole_edit, WholeEdits
-from scene_graph_ros.planning.gcs.arguments import as_count
+from scene_graph_ros.convex.questions.arguments import as_whole
 from scene_graph_ros.planning.gcs.nonlinear_terms import (
     continue_derivative,
     continue_path_derivative,
@@ -41,7 +41,7 @@ Bounds = tuple[int, np.ndarray, np.ndarray]
 
 
 class JoinedEdges:
-    """What edges inside a subgraph and those between two have in common."""
+    """The common part of edges inside a subgraph and of those between two."""
 
     def __init__(
         self,
@@ -64,13 +64,13 @@ class JoinedEdges:
         """Whether derivatives above the first are bounded."""
 
     def _undos(self) -> Iterable[Undo]:
-        """Return what undoes an edit of all edges, or vertices, here."""
+        """Return the steps that undo an edit of all edges, or vertices, here."""
         yield as_before(self, vars(self))
         for part in self._parts():
             yield as_before(part, ("_costs", "_constraints"))
 
     def _parts(self) -> Iterable[Vertex | Edge]:
-        """Return what has costs and constraints here."""
+        """Return the parts that have costs and constraints here."""
         return self._edges
 
     @property
@@ -106,12 +106,12 @@ class JoinedEdges:
         return edge
 
     def offset_of(self, edge: Edge) -> np.ndarray | None:
-        """Return what is added to the end of a segment ``(n,)``; None for another's edge."""
+        """Return the offset ``(n,)`` of the end of a segment; None for another's edge."""
         return self._offsets.get(edge.id)
 
     @property
     def meeting_bounds(self) -> tuple[Bounds, ...]:
-        """Orders and bounds of what derivatives of q(t) keep where segments meet: none."""
+        """Orders of derivatives of q(t), and their bounds, where segments meet: none."""
         return ()
 
     @whole_edit
@@ -123,7 +123,7 @@ class JoinedEdges:
         full. Raises ConvexSetError for an order below 1 or above that of a segment.
         """
         label = f"{self._name}: add_path_continuity_constraints: continuity_order"
-        order = as_count(continuity_order, 1, label)
+        order = as_whole(continuity_order, label, 1)
         most = self.most_continuity
         if order > most:
             raise ConvexSetError(
@@ -148,7 +148,7 @@ class JoinedEdges:
         segments are the same: a motion that stops where they meet is not looked for.
         """
         label = f"{self._name}: add_continuity_constraints: continuity_order"
-        order = as_count(continuity_order, 1, label)
+        order = as_whole(continuity_order, label, 1)
         most = self.most_continuity
         if order > most:
             raise ConvexSetError(

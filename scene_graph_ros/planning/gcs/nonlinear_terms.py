@@ -1,4 +1,4 @@
-"""What derivatives of q(t) keep: no convex sets of control points and durations.
+"""Bounds of derivatives of q(t): no convex sets of control points and durations.
 
 Derivatives are ``r^(N)(s) / h^N``. Along a path they are kept as functions of its points; the
 relaxation has convex surrogates, in which durations are taken to be 1 (von Wrangel and Tedrake,

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from scene_graph_ros.convex.errors import ConvexSetError
 from scene_graph_ros.convex.graphs.model.options import GraphOfConvexSetsOptions
 from scene_graph_ros.convex.iris.regions_yaml import load_iris_regions_yaml_file
-from scene_graph_ros.convex.questions.arguments import as_nonnegative, as_vector
+from scene_graph_ros.convex.questions.arguments import as_nonnegative, as_vector, as_whole
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.convex.sets.point import Point
 from scene_graph_ros.geometry.one_line import one_line
@@ -23,7 +23,6 @@ from scene_graph_ros.planning.checker.distance_and_interpolation import (
 )
 from scene_graph_ros.planning.checker.path_ends import pair_words
 from scene_graph_ros.planning.edges.edge_measure import EdgeMeasure, EdgeStatus
-from scene_graph_ros.planning.gcs.arguments import as_count
 from scene_graph_ros.planning.gcs.edges_between_subgraphs import EdgesBetweenSubgraphs
 from scene_graph_ros.planning.gcs.gcs_trajectory_optimization import GcsTrajectoryOptimization
 from scene_graph_ros.planning.gcs.result import GcsTrajectoryResult
@@ -43,11 +42,11 @@ __all__ = ["RegionPlan", "plan_through_regions"]
 @one_line()
 @dataclass(frozen=True, eq=False)
 class RegionPlan:
-    """A trajectory through regions, what none is better than, and what a robot's scene says of it.
+    """A trajectory through regions, a lower bound of the cost, and its proof in a robot's scene.
 
     ``trajectory`` is None where there is none through the regions. ``measures`` has for each
-    segment what the checker proved of it, empty without one. ``reason`` says why there is no
-    success, or how the path was chosen. ``regions`` are the numbers of those on the way, one for
+    segment the checker's proof, empty without one. ``reason`` says why there is no
+    success, or how the path was chosen. ``regions`` are the indices of those on the way, one for
     each segment; ``grown`` those that were not given.
     """
 
@@ -65,7 +64,7 @@ class RegionPlan:
 
     @property
     def least_clearance(self) -> float:
-        """What pairs certainly stay apart beyond their padding, m; 0 unless that was proven."""
+        """Lower bound of pairs' distances beyond their padding, m; 0 unless that was proven."""
         if not self.measures:
             return 0.0
         return min(measure.least_clearance for measure in self.measures)
@@ -101,10 +100,10 @@ def plan_through_regions(
     robots' SRDF start and goal are still all positions, but regions, velocities, joints and the
     trajectory are of the group's alone; all others stay as they are at the start.
 
-    ``options`` are those of `GcsTrajectoryOptimization.solve_path`. Raises ConvexSetError for what
-    makes no sense, KinematicTreeError for a group that there is not, OSError where the file can't
-    be read, SolverError where the solver failed, RegionNotFoundError where there is no path to
-    grow regions along.
+    ``options`` are those of `GcsTrajectoryOptimization.solve_path`. Raises ConvexSetError for
+    regions that make no sense, KinematicTreeError for a group that there is not, OSError where the
+    file can't be read, SolverError where the solver failed, RegionNotFoundError where there is no
+    path to grow regions along.
     """
     label = "plan_through_regions"
     if isinstance(regions, (str, Path)):
@@ -125,7 +124,7 @@ def plan_through_regions(
     if continuous_revolute_joints is None:
         continuous_revolute_joints = _turning(checker, held)
     graph = GcsTrajectoryOptimization(len(first), continuous_revolute_joints)
-    free = graph.add_regions(regions, as_count(order, 1, f"{label}: order"), name="regions")
+    free = graph.add_regions(regions, as_whole(order, f"{label}: order", 1), name="regions")
     begin = graph.add_regions([Point(first)], 0, name="start")
     end = graph.add_regions([Point(last)], 0, name="goal")
     ends = {"start": graph.add_edges(begin, free), "goal": graph.add_edges(free, end)}
@@ -133,7 +132,7 @@ def plan_through_regions(
     if length_weight:
         graph.add_path_length_cost(length_weight)
     graph.add_velocity_bounds(-fastest, fastest)
-    if as_count(continuity_order, 0, f"{label}: continuity_order"):
+    if as_whole(continuity_order, f"{label}: continuity_order", 0):
         free.add_path_continuity_constraints(continuity_order)
     trajectory, result = graph.solve_path(begin, end, options)
     if trajectory is None:
@@ -151,7 +150,7 @@ def plan_through_regions(
 
 
 def _speeds(velocities: ArrayLike, count: int) -> NDArray[np.float64]:
-    """Return the largest speed of each position. Raises ConvexSetError for what is none."""
+    """Return each position's largest speed. Raises ConvexSetError unless they are positive."""
     label = "plan_through_regions: velocities"
     fastest = as_vector(velocities, label, count)
     if (fastest <= 0.0).any():
@@ -161,7 +160,7 @@ def _speeds(velocities: ArrayLike, count: int) -> NDArray[np.float64]:
 
 
 def _turning(checker: SceneGraphCollisionChecker | None, held: Held) -> list[int]:
-    """Return which of the positions that move turn without an end; without a checker none."""
+    """Return a mask of the moving positions that turn without an end; without a checker none."""
     if checker is None:
         return []
     joints = get_continuous_revolute_joint_indices(checker.model.tree)
@@ -172,7 +171,7 @@ def _turning(checker: SceneGraphCollisionChecker | None, held: Held) -> list[int
 def _measured(
     checker: SceneGraphCollisionChecker, held: Held, trajectory: CompositeTrajectory
 ) -> tuple[EdgeMeasure, ...]:
-    """Return how far each segment is proven free, by its control points."""
+    """Return the measure of each segment, by its control points."""
     points = np.array([segment.control_points for segment in trajectory.segments])  # type: ignore[attr-defined]
     straight = checker.clone()  # Segments of order 1 are no ways of a provider's.
     linear = LinearDistanceAndInterpolationProvider(checker.model.tree)
@@ -215,7 +214,7 @@ def _held(
     goal: NDArray[np.float64],
     label: str,
 ) -> Held:
-    """Return which positions move. Raises ConvexSetError where the goal moves another one."""
+    """Return a mask of moving positions. Raises ConvexSetError where a goal moves another."""
     if group is None:
         return Held(np.arange(len(start)), start)
     if checker is None:
@@ -234,7 +233,7 @@ def _held(
 def _why(
     ends: dict[str, EdgesBetweenSubgraphs], regions: Any, start: np.ndarray, goal: np.ndarray
 ) -> str:
-    """Return which end is in no region, and how far away the nearest is; empty if none."""
+    """Return a sentence on an end in no region, and its distance to the nearest; empty if none."""
     for (name, edges), q in zip(ends.items(), (start, goal), strict=True):
         if not edges.edges:
             away = [float(region.projection(q[None]).distances[0]) for region in regions]
@@ -247,7 +246,7 @@ def _why(
 
 
 def _collision(checker: SceneGraphCollisionChecker, measures: Sequence[EdgeMeasure]) -> str:
-    """Return what stops the first segment that isn't proven free; empty if none."""
+    """Return the obstacle of the first segment that isn't proven free; empty if none."""
     for k, measure in enumerate(measures):
         if not measure.completely_free:
             word = "collides" if measure.status is EdgeStatus.COLLIDES else "is too near"

@@ -1,4 +1,4 @@
-"""Which regions of subgraphs meet, with what their vertices know of them."""
+"""Pairs of regions of subgraphs that meet, with their vertices' bounds."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from scene_graph_ros.convex.errors import ConvexSetError
-from scene_graph_ros.convex.questions.arguments import as_vector
+from scene_graph_ros.convex.questions.arguments import as_vector, as_whole
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.convex.sets.hyperrectangle import Hyperrectangle
 from scene_graph_ros.convex.sets.intersection import Intersection
@@ -20,7 +20,6 @@ from scene_graph_ros.convex.sets.pairwise_intersections import (
     translated,
 )
 from scene_graph_ros.geometry.quoting import quoted
-from scene_graph_ros.planning.gcs.arguments import as_count
 from scene_graph_ros.planning.gcs.subgraph import Subgraph
 
 __all__ = ["GivenPairs", "Meeting", "as_pairs", "meetings_between", "meetings_inside"]
@@ -171,7 +170,7 @@ def as_pairs(
                 f" not {quoted(pair)}"
             )
         ends = [
-            as_count(index, 0, f"{label}: edges_between_regions[{k}][{side}]")
+            as_whole(index, f"{label}: edges_between_regions[{k}][{side}]", 0)
             for side, index in enumerate(pair)
         ]
         for side, (index, size) in enumerate(zip(ends, sizes, strict=True)):

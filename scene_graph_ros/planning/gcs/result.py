@@ -1,4 +1,4 @@
-"""A trajectory through regions, measured again: what it keeps, and to how much."""
+"""A trajectory through regions, measured again: its constraints and their residuals."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ _PROMISED_NONLINEAR = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """One region on the way: the vertex's coordinates, and what follows.
+    """One region on the way: the vertex's coordinates, and continuity at its end.
 
     ``offset`` ``(n,)`` is added where the next region begins, ``continuity`` the order to which
     derivatives of r(s) go on there, ``continuous`` those orders that go on of q(t), and
-    ``meeting`` what bounds derivatives of q(t) keep there, of both regions.
+    ``meeting`` the bounds of derivatives of q(t) there, of both regions.
     """
 
     vertex: Vertex
@@ -57,7 +57,7 @@ class Step:
 @one_line()
 @dataclass(frozen=True, eq=False)
 class GcsTrajectoryResult:
-    """What was found, what nothing is below, and by how much the trajectory is off, measured.
+    """A trajectory, a lower bound of the cost, and the trajectory's residuals, measured.
 
     ``cost`` is infinite without a trajectory, and ``reason`` says why there is none. No trajectory
     of this kind through these regions costs less than ``lower_bound``, which is proven.
@@ -117,7 +117,7 @@ def trajectory_of(steps: Sequence[Step]) -> CompositeTrajectory | None:
 
 
 def _takes_no_time(step: Step) -> bool:
-    """Tell whether the duration is zero up to what the solver is off by, and may be zero.
+    """Tell whether the duration is zero up to the solver's residual, and may be zero.
 
     A bound of velocities says how long a way takes, also where that is next to nothing.
     """
@@ -131,7 +131,7 @@ def _takes_no_time(step: Step) -> bool:
 def measured(
     steps: Sequence[Step], found: GraphOfConvexSetsResult, trajectory: CompositeTrajectory | None
 ) -> GcsTrajectoryResult:
-    """Return what a trajectory keeps. Raises SolverError where it is off by more than promised."""
+    """Return a trajectory's residuals. Raises SolverError where one is above its limit."""
     outside, relative = 0.0, 0.0
     for step in steps:
         region = step.subgraph.regions[step.subgraph.vertices.index(step.vertex)]
@@ -208,9 +208,9 @@ def _derivative_excess(steps: Sequence[Step]) -> float:
 
 
 def _meeting_excess(steps: Sequence[Step]) -> tuple[float, float, float]:
-    """Return how far bounds are broken where two regions meet.
+    """Return the excess over bounds where two regions meet.
 
-    Of derivatives that are to be 0, of velocities, and of what is above them.
+    Of derivatives that are to be 0, of velocities, and of higher ones.
     """
     unrest, speed, other = 0.0, 0.0, 0.0
     for first, second in itertools.pairwise(steps):
@@ -231,7 +231,7 @@ def _meeting_excess(steps: Sequence[Step]) -> tuple[float, float, float]:
 
 
 def _beyond(least: np.ndarray, most: np.ndarray, low: np.ndarray, high: np.ndarray) -> float:
-    """Return how far values are beyond bounds ``(n,)``, relative to the larger of both."""
+    """Return the excess of values over bounds ``(n,)``, relative to the larger of both."""
     both = np.abs([low, high])
     sizes = np.where(np.isfinite(both), both, 0.0).max(axis=0)
     sizes = np.where(sizes > 0.0, sizes, 1.0)
@@ -239,7 +239,7 @@ def _beyond(least: np.ndarray, most: np.ndarray, low: np.ndarray, high: np.ndarr
 
 
 def _jump(steps: Sequence[Step]) -> tuple[float, float]:
-    """Return the largest jump between regions, and that relative to the size of what jumps."""
+    """Return the largest jump between regions, and that relative to the derivative's size."""
     largest, relative = 0.0, 0.0
     for first, second in itertools.pairwise(steps):
         curves = [BezierCurve(0.0, 1.0, step.points) for step in (first, second)]
@@ -253,7 +253,7 @@ def _jump(steps: Sequence[Step]) -> tuple[float, float]:
 
 
 def _velocity_excess(steps: Sequence[Step], trajectory: CompositeTrajectory | None) -> float:
-    """Return how far velocities are beyond their bounds at most, at all times: control points."""
+    """Return the largest excess of velocities over their bounds, at all times: control points."""
     if trajectory is None:
         return 0.0
     moving = [step for step in steps if step.duration > 0.0]

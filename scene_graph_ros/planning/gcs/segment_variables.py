@@ -1,4 +1,4 @@
-"""What the point of a vertex consists of: a region's control points, and how long it takes."""
+"""The coordinates of a vertex's point: a region's control points, and its duration."""
 
 from __future__ import annotations
 

@@ -14,14 +14,14 @@ from scene_graph_ros.convex.graphs.expressions.transcription import ALL_TRANSCRI
 from scene_graph_ros.convex.graphs.graph import GraphOfConvexSets
 from scene_graph_ros.convex.graphs.model.edge import Edge, Vertex
 from scene_graph_ros.convex.graphs.model.whole_edits import whole_edit, WholeEdits
-from scene_graph_ros.convex.questions.arguments import as_nonnegative
+from scene_graph_ros.convex.questions.arguments import as_nonnegative, as_whole
 from scene_graph_ros.convex.sets.cartesian_product import CartesianProduct
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.convex.sets.hyperrectangle import Hyperrectangle
 from scene_graph_ros.convex.sets.pairwise_intersections import own_box
 from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
-from scene_graph_ros.planning.gcs.arguments import as_bounds, as_count, as_weights
+from scene_graph_ros.planning.gcs.arguments import as_bounds, as_weights
 from scene_graph_ros.planning.gcs.joined_edges import JoinedEdges, Used
 from scene_graph_ros.planning.gcs.nonlinear_terms import bound_derivative
 from scene_graph_ros.planning.gcs.placeholders import (
@@ -93,7 +93,7 @@ class Subgraph(JoinedEdges):
 
     @property
     def variables(self) -> SegmentVariables:
-        """What the coordinates of its vertices are."""
+        """The coordinates of its vertices."""
         return self._variables
 
     @property
@@ -176,7 +176,7 @@ class Subgraph(JoinedEdges):
         """
         label = f"{self._name}: add_nonlinear_derivative_bounds"
         low, high = as_bounds(lb, ub, self._variables.num_positions, label)
-        order = as_count(derivative_order, 2, f"{label}: derivative_order")
+        order = as_whole(derivative_order, f"{label}: derivative_order", 2)
         if order > self.order:
             raise ConvexSetError(
                 f"{label}: derivative_order must not be above that of the segments, {self.order},"

@@ -1,4 +1,4 @@
-"""What searches for configurations are given, checked."""
+"""Checks of arguments of searches for configurations."""
 
 from __future__ import annotations
 
@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.number_checks import whole
 from scene_graph_ros.geometry.real_arrays import real_array
-from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.planning.ik.pose_target import InverseKinematicsError
 from scene_graph_ros.robots.kinematic_tree import KinematicTree
 from scene_graph_ros.robots.tree_kernels import FLOATING
@@ -18,13 +17,8 @@ __all__ = ["first_configurations", "whole_number"]
 
 
 def whole_number(name: str, value: Any, *, least: int = 0) -> int:
-    """Return it. Raises InverseKinematicsError for what is no whole number from ``least`` on."""
-    number = as_float(value)
-    if number is None or number < least or not number.is_integer():
-        raise InverseKinematicsError(
-            f"{name} must be a whole number from {least} on, not {quoted(value)}"
-        )
-    return int(number)
+    """Return it. Raises InverseKinematicsError unless it is a whole number from ``least`` on."""
+    return whole(name, value, InverseKinematicsError, least)
 
 
 def first_configurations(
@@ -33,7 +27,8 @@ def first_configurations(
     """Return a copy of ``near`` for each of so many poses ``(count, nq)``, by default zero.
 
     ``near`` is ``(nq,)``, or with a ``count`` also ``(count, nq)``. Quaternions get length 1.
-    Raises InverseKinematicsError for another shape, KinematicTreeError for what means nothing.
+    Raises InverseKinematicsError for another shape, KinematicTreeError for values that are no
+    configuration.
     """
     if near is None:
         near = np.clip(tree.zero_configuration(), tree.lower, tree.upper)

@@ -74,10 +74,10 @@ def inverse_kinematics_of_poses(
     checker, whose collisions are then avoided, or a tree of links alone. At most so many ``tries``
     are made for a pose. Without ``near`` they begin where the tool is near the pose, and the first
     that reaches it is the answer. With ``near``, ``(nq,)`` or one for each pose ``(m, nq)``, the
-    first begins there, all go on along what the pose leaves free to where they are nearest to it,
+    first begins there, all go on along the pose's null space to where they are nearest to it,
     and the nearest of eight is the answer, or of the next eight. ``group`` names the group of
     joints that may move; all others stay at ``near``, by default zero, and so do those that do not
-    carry the link. A pose has the same answer, bit for bit, whatever poses are beside it.
+    carry the link. A pose has the same answer, bit for bit, with any poses beside it.
 
     Raises InverseKinematicsError naming the argument, InvalidPoseError for a pose that is not
     rigid, and KinematicTreeError for an unknown link or group, and for ``near`` with numbers that
@@ -157,7 +157,7 @@ class _Chunk:
         self._write_failures(np.flatnonzero(is_open), result, rows)
 
     def _next(self, first: int, count: int) -> int:
-        """Return how many tries are made next of each of so many poses."""
+        """Return the number of next tries of each of so many poses."""
         if self._is_near:
             return _NEAR_TRIES
         return max(-(-_LANES // count), first // 2, 1)
@@ -165,7 +165,7 @@ class _Chunk:
     def _write_failures(
         self, at: NDArray[np.intp], result: PosesReached, rows: NDArray[np.intp]
     ) -> None:
-        """Take up the nearest tries once more, and write what is nearest then."""
+        """Take up the nearest tries once more, and write the nearest then."""
         if not len(at):
             return
         tries = self._tries.of(at)

@@ -77,7 +77,7 @@ class Tries(NamedTuple):
 
 
 def which_move(tree: KinematicTree, link: str, group: str | None) -> NDArray[np.bool_]:
-    """Return which positions ``(nq,)`` may move: a group's, of those that carry a link.
+    """Return a mask ``(nq,)`` of a group's positions, of those that carry a link.
 
     Raises KinematicTreeError for an unknown link or group.
     """
@@ -104,7 +104,7 @@ class PoseSearch:
         seed: int,
         tolerances: tuple[float, float] = (1e-9, 1e-9),
     ) -> None:
-        """Take what ``moves`` ``(nq,)``, and ``q`` ``(nq,)`` for what does not.
+        """Take the mask ``moves`` ``(nq,)``, and ``q`` ``(nq,)`` for positions that do not.
 
         ``tolerances`` are those of the place (m) and of the turn (rad).
         """
@@ -157,13 +157,13 @@ class PoseSearch:
         return self._descended(goals, homes, starts, pulls, _STEPS, first >= _HURRIED)
 
     def followed(self, goals: NDArray[np.float64], x: NDArray[np.float64]) -> Tries:
-        """Return where descents from ``x`` ``(m, n)`` to goals ``(m, 7)`` end, one for each."""
+        """Return the ends of descents from ``x`` ``(m, n)`` to goals ``(m, 7)``, one for each."""
         return self._descended(goals, x, x[:, np.newaxis], np.zeros(1), _STEPS, True)
 
     def polished(
         self, goals: NDArray[np.float64], homes: NDArray[np.float64], tries: Tries
     ) -> Tries:
-        """Return where the nearest of some tries end if they go on as long as it helps.
+        """Return the ends of the nearest of some tries that go on as long as it helps.
 
         Then some begin about the nearest of these: beside a limit a descent can end short of it.
         """
@@ -178,7 +178,7 @@ class PoseSearch:
         return ends.joined(shaken)
 
     def nearest(self, tries: Tries) -> NDArray[np.intp]:
-        """Return which tries came nearest, in order, ``(m, k)``.
+        """Return the indices of the nearest tries, in order, ``(m, k)``.
 
         A unit of the chain beyond the tolerance counts as a radian.
         """

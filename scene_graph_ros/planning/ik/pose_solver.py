@@ -43,7 +43,7 @@ class InverseKinematics:
 
     ``configurations`` ``(n, nq)`` are within limits, free where a checker was asked, and the
     nearest to where it was looked first; none without success. ``nearest`` ``(nq,)`` is the first
-    of them, or else what came nearest; ``position_error`` (m) and ``rotation_error`` (rad) are of
+    of them, or else the nearest try's; ``position_error`` (m) and ``rotation_error`` (rad) are of
     the try that came nearest. ``failure`` and ``reason`` say why there are none.
     """
 

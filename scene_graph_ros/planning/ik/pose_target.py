@@ -27,8 +27,9 @@ class PoseTarget:
     """A tool T, fixed to ``link`` at ``X_LT``, is to be at ``X_WT``, both ``(4, 4)``.
 
     Its origin may be off by ``position_tolerance`` (m), and it may be turned by
-    ``rotation_tolerance`` (rad); pi leaves its orientation open. Raises InvalidPoseError for what
-    is no rigid pose, InverseKinematicsError for a tolerance that is not a positive number.
+    ``rotation_tolerance`` (rad); pi leaves its orientation open. Raises InvalidPoseError for a
+    matrix that is no rigid pose, InverseKinematicsError for a tolerance that is not a positive
+    number.
     """
 
     link: str
@@ -38,7 +39,7 @@ class PoseTarget:
     rotation_tolerance: float = 1e-9
 
     def __post_init__(self) -> None:
-        """Check and copy what was given."""
+        """Check and copy the arguments."""
         for name in ("X_WT", "X_LT"):
             object.__setattr__(self, name, as_pose(getattr(self, name), f"{name} of a target"))
         for name in ("position_tolerance", "rotation_tolerance"):

@@ -1,4 +1,4 @@
-"""Checks of what callers of trajectory optimizations give; errors name argument and value."""
+"""Checks of arguments of trajectory optimizations; errors name argument and value."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.number_checks import bounds, nonnegative, positive
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array
-from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.planning.optimal_control.errors import TrajectoryOptimizationError
 
 __all__ = ["as_bounds", "as_count", "as_index", "as_nonnegative", "as_positive", "as_vector"]
@@ -35,22 +35,12 @@ def as_index(name: str, value: Any, size: int) -> int:
 
 def as_positive(name: str, value: Any) -> float:
     """Return a positive, finite number. Raises TrajectoryOptimizationError."""
-    number = as_float(value)
-    if number is None or not 0.0 < number < np.inf:
-        raise TrajectoryOptimizationError(
-            f"{name} must be positive and finite, not {quoted(value)}"
-        )
-    return number
+    return positive(name, value, TrajectoryOptimizationError)
 
 
 def as_nonnegative(name: str, value: Any) -> float:
     """Return a finite number from 0 on. Raises TrajectoryOptimizationError."""
-    number = as_float(value)
-    if number is None or not 0.0 <= number < np.inf:
-        raise TrajectoryOptimizationError(
-            f"{name} must be finite and not negative, not {quoted(value)}"
-        )
-    return number
+    return nonnegative(name, value, TrajectoryOptimizationError)
 
 
 def as_vector(name: str, value: Any, size: int | None = None) -> NDArray[np.float64]:
@@ -66,27 +56,8 @@ def as_vector(name: str, value: Any, size: int | None = None) -> NDArray[np.floa
 
 
 def as_bounds(lb: Any, ub: Any, size: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return bounds ``(size,)``, of single numbers too; what is infinite doesn't bound.
+    """Return bounds ``(size,)``, of single numbers too; infinite ones don't bound.
 
-    Raises TrajectoryOptimizationError for what is empty or no number.
+    Raises TrajectoryOptimizationError for bounds that are empty or no numbers.
     """
-    found = []
-    for name, value, forbidden in (("lb", lb, np.inf), ("ub", ub, -np.inf)):
-        array = real_array(value, f"{name} must be numbers", TrajectoryOptimizationError)
-        if array.ndim == 0:
-            array = np.full(size, array)
-        if array.shape != (size,):
-            raise TrajectoryOptimizationError(
-                f"{name} must have shape ({size},), not {array.shape}"
-            )
-        bad = np.isnan(array) | (array == forbidden)
-        if bad.any():
-            k = int(np.argmax(bad))
-            raise TrajectoryOptimizationError(f"{name}[{k}] must bound something, not {array[k]}")
-        found.append(array)
-    if (found[0] > found[1]).any():
-        k = int(np.argmax(found[0] > found[1]))
-        raise TrajectoryOptimizationError(
-            f"lb[{k}] = {found[0][k]} must not be above ub[{k}] = {found[1][k]}"
-        )
-    return found[0], found[1]
+    return bounds(lb, ub, size, TrajectoryOptimizationError, is_broad=True)

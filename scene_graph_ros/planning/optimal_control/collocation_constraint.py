@@ -33,7 +33,7 @@ class DirectCollocationConstraint:
     """The dynamics over one step: a cubic of the states, an input that is linear in time.
 
     The defect ``x1 - x0 - h / 6 (f0 + 4 f_m + f1)`` ``(n,)``, of Simpson's rule, is zero just
-    where the cubic's slope in the middle is what the dynamics say (Hargraves and Paris, "Direct
+    where the cubic's slope in the middle is that of the dynamics (Hargraves and Paris, "Direct
     trajectory optimization using nonlinear programming and collocation", 1987).
     """
 
@@ -190,7 +190,7 @@ def ends_of_step(kind: Any, dynamics: Dynamics) -> list[Any]:
 
 
 def step_function(dynamics: Dynamics) -> Any:
-    """Return a function of a step to what its dynamics lack, and to the state in the middle.
+    """Return a function of a step to its defect, and to the state in the middle.
 
     Its arguments are the step's length and its begin, then state and input at both ends.
     """

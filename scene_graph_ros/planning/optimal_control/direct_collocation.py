@@ -137,7 +137,7 @@ class DirectCollocation(MultipleShooting):
 
 
 def _cost_function(dynamics: Dynamics, rate: Any) -> Any:
-    """Return a function of a step to what a running cost adds, by Simpson's rule."""
+    """Return a function of a step to the integral of a running cost, by Simpson's rule."""
     from scene_graph_ros.planning.optimal_control.casadi_backend import get_casadi
 
     ca = get_casadi()

@@ -1,4 +1,4 @@
-"""How a system moves: what a trajectory optimization takes where others take a plant."""
+"""The dynamics of a system: a trajectory optimization takes them where others take a plant."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Dynamics:
     With ``discrete_step``, in s, f returns the next state instead. ``parameters`` ``(k,)`` are the
     values p of everything that is constant in time.
 
-    Raises DynamicsError for what can't be traced or returns another number of entries.
+    Raises DynamicsError for functions that can't be traced or return another size.
     """
 
     def __init__(
@@ -141,7 +141,7 @@ class Dynamics:
         return np.array(A), np.array(B).reshape(self.num_states, self.num_inputs)
 
     def evaluated(self, *given: Any) -> Any:
-        """Return f of numbers as CasADi's; what f raised is raised."""
+        """Return f of numbers as CasADi's; raises the errors of f."""
         return self._called(self.function, given)
 
     def _called(self, function: Any, given: tuple[Any, ...]) -> Any:
@@ -152,7 +152,7 @@ class Dynamics:
             raise
 
     def raise_error(self) -> None:
-        """Raise what a function of NumPy arrays raised inside CasADi, if it did."""
+        """Raise the error of a function of NumPy arrays inside CasADi, if there was one."""
         if self._numpy is not None:
             self._numpy.raise_error()
 
@@ -229,7 +229,7 @@ def _unpacked(symbols: Any) -> NDArray[Any]:
 
 
 def _as_column(ca: Any, value: Any) -> Any:
-    """Return what f returned as one column of expressions."""
+    """Return the answer of f as one column of expressions."""
     if isinstance(value, (ca.SX, ca.DM)):
         return ca.SX(value)
     parts = [value] if np.isscalar(value) else list(np.asarray(value, dtype=object).ravel())

@@ -1,4 +1,4 @@
-"""What is raised for dynamics and programs that make no sense."""
+"""The errors for dynamics and programs that make no sense."""
 
 from __future__ import annotations
 

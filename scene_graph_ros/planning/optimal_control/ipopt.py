@@ -1,4 +1,4 @@
-"""One run of IPOPT, with the best point on its way and the names of what failed."""
+"""One run of IPOPT, with the best point on its way and the names of failed constraints."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ class IpoptRun:
         self.error: BaseException | None = None
 
     def solved(self, warm_start: ProgramResult | None) -> ProgramResult:
-        """Run, and return what was found."""
+        """Run, and return the solution."""
         x0 = self.program.initial_guess if warm_start is None else warm_start.x
         if x0.shape != (self.program.num_variables,):
             raise TrajectoryOptimizationError(
@@ -124,14 +124,14 @@ class IpoptRun:
         return replace(result, seconds=time.process_time() - begin)
 
     def _start(self, x0: NDArray[np.float64], noise: int) -> NDArray[np.float64]:
-        """Return where a search begins: the guess, later ones farther and farther from it."""
+        """Return the initial point of a search: the guess, later farther and farther from it."""
         if noise == 0:
             return x0
         normal = np.random.default_rng(noise).standard_normal(len(x0))
         return np.asarray(x0 + _NOISE * noise * np.maximum(1.0, abs(x0)) * normal)
 
     def _plans(self, is_warm: bool) -> list[tuple[dict[str, Any], int]]:
-        """Return what IPOPT is told at each start, and which noise there is in the guess."""
+        """Return IPOPT's options at each start, and the noise in the guess."""
         if is_warm:
             return [(_WARM, 0)]
         count = 1 + self.options.restarts
@@ -205,7 +205,7 @@ class IpoptRun:
             callback(x)
 
     def _raise_lost(self) -> None:
-        """Raise what was raised inside CasADi."""
+        """Raise the error that was raised inside CasADi."""
         if self.error is not None:
             error, self.error = self.error, None
             raise error
@@ -266,7 +266,7 @@ class IpoptRun:
 
 
 def _watcher(ca: Any, run: IpoptRun) -> Any:
-    """Return what CasADi calls at each iteration."""
+    """Return the callback of CasADi at each iteration."""
     size, rows = len(run.given.least), len(run.given.rows)
     names = [ca.nlpsol_out(k) for k in range(ca.nlpsol_n_out())]
     places = [names.index(name) for name in ("x", "f", "g")]

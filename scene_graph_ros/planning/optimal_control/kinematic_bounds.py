@@ -28,7 +28,7 @@ class DerivativeBound:
     upper: NDArray[np.float64]
 
     def excess(self, curve: BsplineTrajectory) -> float:
-        """Return how far control points are beyond, in units of the bound, or 1 where it is 0."""
+        """Return the excess of control points, in units of the bound, or 1 where it is 0."""
         points = curve.derivative(self.order).control_points
         worst = 0.0
         for bound, beyond in (

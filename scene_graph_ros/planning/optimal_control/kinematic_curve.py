@@ -51,12 +51,12 @@ class BsplineBasis:
         return len(self.knots) - self.order
 
     def derivative_matrix(self, order: int) -> NDArray[np.float64]:
-        """Return what gives a derivative's control points ``(k, N)`` from those of the path."""
+        """Return the matrix ``(k, N)`` from the path's control points to a derivative's."""
         unit = BsplineTrajectory(self.knots, np.eye(self.num_basis_functions))
         return unit.derivative(order).control_points
 
     def weights(self, s: float, order: int = 0) -> NDArray[np.float64]:
-        """Return what gives a derivative at s ``(N,)`` from control points."""
+        """Return the weights ``(N,)`` of control points in a derivative at s."""
         unit = BsplineTrajectory(self.knots, np.eye(self.num_basis_functions))
         return unit.derivative(order).value(s)
 
@@ -80,7 +80,7 @@ class KinematicCurve:
 
         ``KinematicTrajectoryOptimization(trajectory)`` takes its order, knots and control points,
         scaled to [0, 1]. Raises TrajectoryOptimizationError for fewer control points than the
-        order, and for what is no number.
+        order, and for values that are no numbers.
         """
         self._ca = get_casadi()
         guess = num_positions if isinstance(num_positions, BsplineTrajectory) else None

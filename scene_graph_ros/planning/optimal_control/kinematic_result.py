@@ -1,4 +1,4 @@
-"""What a kinematic trajectory optimization returns."""
+"""The result of a kinematic trajectory optimization."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ __all__ = ["KinematicTrajectoryResult"]
 @one_line()
 @dataclass(frozen=True, eq=False)
 class KinematicTrajectoryResult:
-    """A curve in time, whether it is a solution, and what is wrong with it where it is none."""
+    """A curve in time, whether it is a solution, and its violations where it is none."""
 
     program_result: ProgramResult = field(repr=False)
     is_success: bool
@@ -46,7 +46,7 @@ class KinematicTrajectoryResult:
 
     @property
     def cost(self) -> float:
-        """What the curve costs."""
+        """The cost of the curve."""
         return self.program_result.cost
 
     @property
@@ -56,16 +56,16 @@ class KinematicTrajectoryResult:
 
     @property
     def violations(self) -> tuple[ConstraintViolation, ...]:
-        """What is beyond the solver's tolerance, the worst first."""
+        """The violations beyond the solver's tolerance, the worst first."""
         return self.program_result.violations
 
     @property
     def least_clearance(self) -> float:
-        """What pairs certainly stay apart beyond their padding, m; 0 unless that was proven."""
+        """Lower bound of pairs' distances beyond their padding, m; 0 unless that was proven."""
         if not self.measures or not all(m.completely_free for m in self.measures):
             return 0.0
         return min(measure.least_clearance for measure in self.measures)
 
     def value(self, expression: Any) -> NDArray[np.float64]:
-        """Return what an expression of the program's variables is here, in its shape."""
+        """Return the value of an expression of the program's variables here, in its shape."""
         return self.program_result.value(expression)

@@ -151,7 +151,7 @@ class KinematicTrajectoryOptimization(KinematicCurve):
         return result
 
     def result_of(self, found: ProgramResult, rounds: int = 1) -> KinematicTrajectoryResult:
-        """Return what a solution of the program says of the curve."""
+        """Return the curve's result from a solution of the program."""
         curve = self.reconstruct_trajectory(found)
         excess, bound = largest_excess(self._bounds, curve)
         measures = tuple(
@@ -202,7 +202,7 @@ class KinematicTrajectoryOptimization(KinematicCurve):
         return stretch_to_hold(self._bounds, curve, longest)
 
     def _places(self, result: KinematicTrajectoryResult) -> list[tuple[_Clear, float]]:
-        """Return where a curve is not free, for whom."""
+        """Return violations for the times at which a curve is not free, with their bodies."""
         breaks = result.trajectory.piecewise_polynomial().breaks / result.trajectory.duration
         count = len(breaks) - 1
         found = []
@@ -213,7 +213,7 @@ class KinematicTrajectoryOptimization(KinematicCurve):
         return found
 
     def _collision(self, measures: tuple[EdgeMeasure, ...], curve: BsplineTrajectory) -> str:
-        """Return what stops the first polynomial that isn't proven free; empty if none."""
+        """Return the obstacle of the first polynomial that isn't proven free; empty if none."""
         breaks = curve.piecewise_polynomial().breaks
         count = len(breaks) - 1
         for k, measure in enumerate(measures):

@@ -194,7 +194,7 @@ class MultipleShooting(ShootingVariables, ABC):
         return self.result_of(self._prog.solve(options, warm_start=before))
 
     def result_of(self, found: ProgramResult) -> TrajectoryOptimizationResult:
-        """Return what a solution of the program says of the trajectory."""
+        """Return the trajectory's result from a solution of the program."""
         times, x = self.get_sample_times(found), self.get_state_samples(found)
         u = self.get_input_samples(found)
         violations = tuple(
@@ -216,7 +216,7 @@ class MultipleShooting(ShootingVariables, ABC):
     def _residual(
         self, times: Any, states: PiecewisePolynomial, inputs: PiecewisePolynomial | None
     ) -> tuple[float, float]:
-        """Return how far the state's rate is from the dynamics between knots, and where."""
+        """Return the largest residual of the dynamics between knots, and its time."""
         if self.dynamics.is_discrete:
             return 0.0, float(times[0])
         at = (times[:-1, None] + np.diff(times)[:, None] * _BETWEEN).ravel()

@@ -1,4 +1,4 @@
-"""A thin layer over CasADi and IPOPT: variables, costs, named constraints, and what failed."""
+"""A thin layer over CasADi and IPOPT: variables, costs, named constraints, and violations."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class NonlinearProgram(ProgramParts):
         return all(self._owners.get(each.__hash__(), owner) is owner for each in symbols)
 
     def add_cost(self, expression: Any) -> None:
-        """Add an expression ``(1, 1)`` to what is least."""
+        """Add an expression ``(1, 1)`` to the cost."""
         self.costs.append(self._as_cost(expression))
 
     def _as_cost(self, expression: Any) -> Any:
@@ -112,8 +112,8 @@ class NonlinearProgram(ProgramParts):
     ) -> Constraint:
         """Add ``lb <= expression <= ub``, or a formula such as ``x[0] <= 1`` without bounds.
 
-        Bounds are numbers, or one for each row; infinite where nothing is asked. ``label`` is what
-        a result calls it. Raises TrajectoryOptimizationError for bounds that hold nothing, and for
+        Bounds are numbers, or one for each row; infinite where nothing is asked. ``label`` is its
+        name in a result. Raises TrajectoryOptimizationError for bounds that hold nothing, and for
         placeholders.
         """
         rows, lower, upper = self.rows_of(expression, lb, ub, label=label)
@@ -158,7 +158,7 @@ class NonlinearProgram(ProgramParts):
         *,
         label: str = "constraint",
     ) -> tuple[Any, NDArray[np.float64], NDArray[np.float64]]:
-        """Return what `add_constraint` takes as one column of expressions, and its bounds."""
+        """Return the arguments of `add_constraint` as a column of expressions, and its bounds."""
         if lb is None and ub is None:
             parts = self._of_formula(expression)
         else:
@@ -232,7 +232,7 @@ class NonlinearProgram(ProgramParts):
     # Guesses and solutions.
 
     def set_initial_guess(self, variables: Any, values: ArrayLike) -> None:
-        """Say where the search begins for variables of one call: a number, or ``(rows,)``."""
+        """Set the initial value of the variables of one call: a number, or ``(rows,)``."""
         k = self._known.get(variables.__hash__())
         if k is None:
             raise TrajectoryOptimizationError(
@@ -266,7 +266,7 @@ class NonlinearProgram(ProgramParts):
         return run.solved(warm_start)
 
     def evaluate(self, expression: Any, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return what an expression of the variables is at a point ``(n,)``."""
+        """Return the value of an expression of the variables at a point ``(n,)``."""
         ca = self._ca
         checked = self._checked("expression", expression)
         stacked = ca.vertcat(*self.variables)

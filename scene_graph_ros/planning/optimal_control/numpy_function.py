@@ -19,7 +19,7 @@ class NumpyFunction:
     """A function of vectors to a vector, with first derivatives and no second ones.
 
     ``value`` takes arrays ``(n_i,)`` and returns ``(m,)``, ``jacobian`` a matrix ``(m, n_i)`` for
-    each. CasADi loses what is raised inside: ``error`` keeps it.
+    each. CasADi loses errors that are raised inside: ``error`` keeps them.
     """
 
     def __init__(
@@ -36,7 +36,7 @@ class NumpyFunction:
         shapes = [(rows, size) for size in sizes]
 
         class _Called(ca.Callback):  # type: ignore[name-defined]
-            """What CasADi calls."""
+            """The callback of CasADi."""
 
             def __init__(self, label: str, outer: bool) -> None:
                 super().__init__()
@@ -77,7 +77,7 @@ class NumpyFunction:
         """What is called with expressions of MX, or numbers."""
 
     def raise_error(self) -> None:
-        """Raise what was raised inside CasADi, if something was."""
+        """Raise the error that was raised inside CasADi, if there was one."""
         if self.error is not None:
             error, self.error = self.error, None
             raise error

@@ -97,12 +97,12 @@ class ProgramForIpopt:
         return np.array(found["lam_x"]).ravel(), of_g
 
     def beyond(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return how far all rows are beyond their bounds; infinite where one is no number."""
+        """Return the excess of all rows over their bounds; infinite where one is no number."""
         excess = np.maximum(self.lower - rows, rows - self.upper)
         return np.where(np.isnan(rows), np.inf, np.maximum(excess, 0.0))
 
     def largest_beyond(self, x: NDArray[np.float64], g: NDArray[np.float64]) -> float:
-        """Return how far a point is beyond any bound, of its rows ``(m,)`` that IPOPT has."""
+        """Return a point's largest excess over a bound, of its rows ``(m,)`` that IPOPT has."""
         if self.options.get("detect_simple_bounds"):
             return float(self.beyond(self.values(x)[1].full().ravel()).max(initial=0.0))
         lower, upper = self.lower[self.rows], self.upper[self.rows]

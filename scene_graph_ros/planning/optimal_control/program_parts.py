@@ -1,4 +1,4 @@
-"""What a nonlinear program is made of."""
+"""The parts of a nonlinear program."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a solver found, and what is not as it should be."""
+"""A solver's answer, and its violations."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class ConstraintViolation:
 @one_line()
 @dataclass(frozen=True, eq=False)
 class ProgramResult:
-    """A point, whether it is a solution, and what is wrong with it where it is none.
+    """A point, whether it is a solution, and its violations where it is none.
 
     Where the solver stopped early ``x`` is the best point it came by: the cheapest of those that
     hold all constraints, else the one that holds them best. It is no success then.
@@ -89,5 +89,5 @@ class ProgramResult:
     evaluate: Any = field(repr=False)
 
     def value(self, expression: Any) -> NDArray[np.float64]:
-        """Return what an expression of the program's variables is here, in its shape."""
+        """Return the value of an expression of the program's variables here, in its shape."""
         return self.evaluate(expression, self.x)

@@ -2,7 +2,7 @@
 
 The recursive Newton-Euler algorithm (Featherstone, *Rigid Body Dynamics Algorithms*, 2008, section
 5.3) over the joints of a tree. Vectors of a joint are in its own frame J, twists about J's origin:
-angular part first. What follows another joint moves by its multiplier, so its forces do, too.
+angular part first. A mimic joint moves by its multiplier, so its forces do, too.
 """
 
 from __future__ import annotations
@@ -128,7 +128,7 @@ class RobotEquations:
 
 
 def _joint(ca: Any, joint: Any, q: Any) -> _Joint:
-    """Return where a joint is and how it moves."""
+    """Return a joint's pose and motion."""
     R, p, X = ca.SX.eye(3), ca.SX.zeros(3, 1), joint.X_PJ
     if joint.kind in (REVOLUTE, PRISMATIC):
         position = joint.multiplier * q[0] + joint.offset
@@ -176,7 +176,7 @@ def _rotation(ca: Any, quaternion: Any) -> Any:
 def _body_force(
     ca: Any, inertias: TreeInertias, k: int, twist: tuple[Any, Any], rate: tuple[Any, Any]
 ) -> tuple[Any, Any]:
-    """Return torque and force that give what joint k carries its acceleration."""
+    """Return torque and force that give the bodies on joint k their acceleration."""
     mass, moment, I_J = inertias.masses[k], inertias.moments[k], inertias.inertias[k]
 
     def momentum(angular: Any, linear: Any) -> tuple[Any, Any]:

@@ -40,7 +40,7 @@ def robot_system(
     gravity: ArrayLike,
     floating_base: str,
 ) -> RobotSystem:
-    """Return how a robot moves; see `Dynamics.of_robot`."""
+    """Return the dynamics of a robot; see `Dynamics.of_robot`."""
     robot = model if isinstance(model, RobotModel) else load_urdf(model)
     tree = robot.kinematic_tree(floating_base=floating_base)
     names = tree.velocity_names

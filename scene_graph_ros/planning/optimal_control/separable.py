@@ -26,8 +26,9 @@ class SeparableDerivatives:
     """Jacobian of g and Hessian of the Lagrangian, of f and g that are blocks and a rest.
 
     A block is a function of few variables, the same for each step. Its derivatives are those of
-    one step, mapped over all; what is in no block is differentiated as it is. Found this way they
-    are the same, but made sooner than from the whole list of operations, and faster to evaluate.
+    one step, mapped over all; all outside of blocks is differentiated as it is. Found this way
+    they are the same, but made sooner than from the whole list of operations, and faster to
+    evaluate.
     """
 
     def __init__(self, x: Any, f: Any, g: Any, blocks: list[Block], values: Any) -> None:
@@ -36,7 +37,7 @@ class SeparableDerivatives:
         self.x, self.f, self.g, self.blocks, self.values = x, f, g, blocks, values
 
     def functions(self) -> dict[str, Any]:
-        """Return what IPOPT takes in place of what it would derive."""
+        """Return the functions that IPOPT takes in place of those it would derive."""
         ca = self.ca
         n, m = self.x.shape[0], self.g.shape[0]
         x, p = ca.MX.sym("x", n), ca.MX.sym("p", 0)
@@ -113,7 +114,7 @@ class SeparableDerivatives:
         return _Entries(values, named_rows[:, rows].ravel(), named_columns[:, columns].ravel())
 
     def _upper(self, entries: _Entries) -> _Entries:
-        """Return what is on and above the diagonal."""
+        """Return the entries on and above the diagonal."""
         kept = np.flatnonzero(entries.rows <= entries.columns)
         return _Entries(entries.values[kept.tolist()], entries.rows[kept], entries.columns[kept])
 

@@ -1,4 +1,4 @@
-"""What a trajectory optimization returns."""
+"""The result of a trajectory optimization."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ __all__ = ["TrajectoryOptimizationResult"]
 @one_line()
 @dataclass(frozen=True, eq=False)
 class TrajectoryOptimizationResult:
-    """A trajectory, whether it is a solution, and what is wrong with it where it is none.
+    """A trajectory, whether it is a solution, and its violations where it is none.
 
     Where the solver stopped early it is the best one it came by, and no success.
     """
@@ -60,7 +60,7 @@ class TrajectoryOptimizationResult:
 
     @property
     def cost(self) -> float:
-        """What the trajectory costs."""
+        """The cost of the trajectory."""
         return self.program_result.cost
 
     @property
@@ -74,5 +74,5 @@ class TrajectoryOptimizationResult:
         return self.program_result.largest_violation
 
     def value(self, expression: Any) -> NDArray[np.float64]:
-        """Return what an expression of the program's variables is here, in its shape."""
+        """Return the value of an expression of the program's variables here, in its shape."""
         return self.program_result.value(expression)

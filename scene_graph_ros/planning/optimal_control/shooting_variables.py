@@ -20,9 +20,9 @@ __all__ = ["ShootingVariables"]
 
 
 class ShootingVariables:
-    """N samples of time, state x ``(n,)``, input u ``(m,)`` and what else goes with them.
+    """N samples of time, state x ``(n,)``, input u ``(m,)`` and further sequential variables.
 
-    `time`, `state`, `input` and what `new_sequential_variable` returns are placeholders: costs and
+    `time`, `state`, `input` and those of `new_sequential_variable` are placeholders: costs and
     constraints of them are for all knots. With an index `state` and `input` are the variables of
     one knot, for `prog`. Expressions are of CasADi; formulas compare them.
     """

@@ -15,13 +15,13 @@ __all__ = ["SolverOptions"]
 @one_line()
 @dataclass(frozen=True)
 class SolverOptions:
-    """What IPOPT is told.
+    """The options of IPOPT.
 
-    ``tolerance`` is that of its optimality conditions, scaled; ``feasibility_tolerance`` is what a
-    constraint may be beyond its bound, in its own units. A search that ends away from all
-    solutions begins again up to ``restarts`` times, from guesses with noise, the same each time.
-    ``max_iterations`` and ``timeout``, in s, are those of one start. ``ipopt`` are options of
-    IPOPT's own, which go before all else.
+    ``tolerance`` is that of its optimality conditions, scaled; ``feasibility_tolerance`` is the
+    excess that a constraint may have over its bound, in its own units. A search that ends away
+    from all solutions begins again up to ``restarts`` times, from guesses with noise, the same
+    each time. ``max_iterations`` and ``timeout``, in s, are those of one start. ``ipopt`` are
+    options of IPOPT's own, which go before all else.
     """
 
     tolerance: float = 1e-8
@@ -33,7 +33,7 @@ class SolverOptions:
     ipopt: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Raise TrajectoryOptimizationError for what makes no sense."""
+        """Raise TrajectoryOptimizationError for options that make no sense."""
         as_positive("tolerance", self.tolerance)
         as_positive("feasibility_tolerance", self.feasibility_tolerance)
         as_positive("timeout", self.timeout)

@@ -67,7 +67,7 @@ class CheckedShapes(NamedTuple):
         return self.held.table
 
     def ranks(self) -> NDArray[np.int64]:
-        """Return which one in the order of ids each row is."""
+        """Return the rank of each row in the order of ids."""
         result = np.zeros(len(self.table.kind), np.int64)
         result[self.rows] = np.arange(len(self.rows))
         return result

@@ -1,4 +1,4 @@
-"""What a collision checker's kernels read: bodies, pairs and how far bodies reach."""
+"""The inputs of a collision checker's kernels: bodies, pairs and bounds of bodies."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class CheckerPlan(NamedTuple):
 
     @property
     def checked(self) -> CheckedTables:
-        """What kernels read of it."""
+        """The kernels' inputs."""
         tree, held = self.tree, self.held.places
         return CheckedTables(held, tree.table, self.bodies, self.pairs, self.reaches, tree.X_WB)
 
@@ -88,14 +88,14 @@ class CheckerPlan(NamedTuple):
         return GeometryPair(ids[a], ids[b], names[a], names[b])
 
     def pair_of(self, id_A: int, id_B: int) -> int | None:
-        """Return which pair that is checked two geometries are, by their ids' values."""
+        """Return the row of the checked pair of two geometries, by their ids' values."""
         known = {int(each): body for body, each in enumerate(self.geometry_ids)}
         both = np.array([known.get(id_A, -1), known.get(id_B, -1)])
         found = np.flatnonzero((np.sort(self.pairs.bodies, axis=1) == np.sort(both)).all(axis=1))
         return int(found[0]) if len(found) else None
 
     def with_pairs(self, checked: NDArray[np.bool_], paddings: NDArray[np.float64]) -> CheckerPlan:
-        """Return the plan with some of all pairs, and what each has to keep, both ``(p,)``."""
+        """Return the plan with a mask of all pairs, and their paddings, both ``(p,)``."""
         return self._with(self.all_pairs.table, np.flatnonzero(checked), paddings[checked])
 
     def with_rows(self, rows: NDArray[np.int64]) -> CheckerPlan:
@@ -130,7 +130,7 @@ class CheckerPlan(NamedTuple):
         )
 
     def least_distances(self, X_WG: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return what the balls of each pair are apart, -inf for half spaces; poses by row."""
+        """Return the distances of the balls of each pair, -inf for half spaces; poses by row."""
         X = X_WG[self.bodies.rows]
         centers = np.einsum("nij,nj->ni", X[:, :3, :3], self.bodies.centers) + X[:, :3, 3]
         a, b = self.pairs.bodies.T
@@ -237,7 +237,7 @@ def _with_shapes(plan: CheckerPlan, shapes: CheckedShapes) -> CheckerPlan:
 
 
 def carrier(inspector: Any, frame: Any, links: Mapping[int, int]) -> tuple[int, tuple[Any, ...]]:
-    """Return the link (row of the tree, -1: none) that carries a frame, and what is in between.
+    """Return the link (row of the tree, -1: none) that carries a frame, and the pose in between.
 
     That is the frames from the link's own, excluded, down to this one.
     """
@@ -345,7 +345,7 @@ def _pair_table(
     radii: NDArray[np.float64],
     robots: int,
 ) -> PairTable:
-    """Return the table, with what the tree needs: ``radii`` are of all bodies."""
+    """Return the table, with bounds for the tree: ``radii`` are of all bodies."""
     a, b = bodies.T
     is_in_tree = (b >= robots) & (radii[b] < np.inf)
     of_still = np.full((robots, len(radii)), -1)

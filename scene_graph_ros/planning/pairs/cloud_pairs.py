@@ -5,8 +5,6 @@ There is a faster way to decide them by yes or no than that of all other pairs, 
 
 from __future__ import annotations
 
-from collections import OrderedDict
-import threading
 from typing import NamedTuple
 
 import numpy as np
@@ -50,8 +48,8 @@ def new_scratch(plan: CheckerPlan) -> CloudScratch:
     )
 
 
-_splits: OrderedDict[int, SplitPlan] = OrderedDict()
-_lock = threading.Lock()
+_splits: dict[int, SplitPlan] = {}
+"""The newest last. Each step is one operation of a dict: no lock is left behind."""
 
 
 def split_of(plan: CheckerPlan) -> SplitPlan | None:
@@ -59,17 +57,15 @@ def split_of(plan: CheckerPlan) -> SplitPlan | None:
     if not plan.shapes.clouds:
         return None
     key = id(plan.pairs)
-    with _lock:
-        known = _splits.get(key)
-        if known is not None and _is_of(known.plan, plan):
-            _splits.move_to_end(key)
-            return known
+    known = _splits.get(key)
+    if known is not None and _is_of(known.plan, plan):
+        return known
     split = _split(plan)
     if split is not None:
-        with _lock:
-            _splits[key] = split
-            while len(_splits) > _KEPT:
-                _splits.popitem(last=False)
+        _splits.pop(key, None)
+        _splits[key] = split
+        for oldest in list(_splits)[:-_KEPT]:
+            _splits.pop(oldest, None)
     return split
 
 

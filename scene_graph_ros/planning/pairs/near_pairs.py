@@ -59,7 +59,7 @@ _ROOM = 2048
 
 
 class _Desk:
-    """What one thread reads and writes while it looks for a plan's pairs."""
+    """The arrays of one thread that looks for a plan's pairs."""
 
     def __init__(self, plan: CheckerPlan) -> None:
         tree, most = plan.tree, max(len(plan.pairs.bodies), _ROOM)
@@ -120,7 +120,7 @@ def near_pairs_at(plan: CheckerPlan, q: NDArray[np.float64], influence: float) -
 
 
 def near_rows(plan: CheckerPlan, q: NDArray[np.float64], influence: float) -> NearRows:
-    """Return what a plan tells of the pairs that are near at each of q ``(n, nq)``, up to so far.
+    """Return the rows of a plan's pairs within a distance at each of q ``(n, nq)``.
 
     ``influence`` is in metres.
     """
@@ -163,7 +163,7 @@ def near_pairs(plan: CheckerPlan, q: NDArray[np.float64], influence: float) -> l
 
 
 def _placed_covers(bodies: BodyTable, places: Places) -> NDArray[np.float64]:
-    """Write where the bodies are that do not move; return what is known of all for now."""
+    """Write the poses of bodies that do not move; return the state of all for now."""
     X, still = bodies.X_WG, slice(len(bodies.joints), None)
     places.X_WG[still] = X.reshape(-1, 12, 1)
     centers = np.einsum("nij,nj->ni", X[:, :, :3], bodies.centers[still]) + X[:, :, 3]

@@ -25,7 +25,7 @@ Result = TypeVar("Result")
 
 
 def parts_of(count: int, least: int, most: int) -> list[tuple[int, int]]:
-    """Return where parts of so many items begin and end, however many workers there are.
+    """Return begins and ends of parts of so many items, for any number of workers.
 
     Each has ``most`` items, or fewer where that makes less than 64 parts, but ``least`` of them.
     """
@@ -34,7 +34,7 @@ def parts_of(count: int, least: int, most: int) -> list[tuple[int, int]]:
 
 
 def checked_executor(executor: Any) -> AnyExecutor | None:
-    """Return an executor, what makes one, or None. Raises CollisionCheckerError."""
+    """Return an executor, its factory, or None. Raises CollisionCheckerError."""
     if executor is None or isinstance(executor, Executor) or callable(executor):
         return executor
     raise CollisionCheckerError(
@@ -48,12 +48,12 @@ def in_executor(
     shares: Sequence[tuple[Any, ...]],
     executor: AnyExecutor | None,
 ) -> list[Result]:
-    """Return what a function of a module returns of each share's arguments, in their order.
+    """Return the answers of a function of a module to each part's arguments, in their order.
 
-    A process pool is broken when one of its workers dies. What it had not done is done again: by
+    A process pool is broken when one of its workers dies. Its unfinished parts are done again: by
     another pool where ``executor`` makes them, at most three in all, else by this process, which a
-    RuntimeWarning tells. Executors that replace their workers themselves, as dask's, do so. What
-    the function raises is raised, and the shares that have not begun are dropped.
+    RuntimeWarning tells. Executors that replace their workers themselves, as dask's, do so. Errors
+    of the function are raised, and the parts that have not begun are dropped.
     """
     if executor is None:
         return [function(*share) for share in shares]
@@ -96,7 +96,7 @@ def _collect(
     pool: Executor,
     done: dict[int, Result],
 ) -> BrokenExecutor | None:
-    """Note what a pool returns of the shares that are not done; return what broke it, if any."""
+    """Note a pool's answers to the parts that are not done; return its fault, if any."""
     futures: dict[int, Future[Result]] = {}
     broken: BrokenExecutor | None = None
     try:

@@ -31,7 +31,7 @@ ENDLESS = 2**62
 
 
 def new_stop() -> NDArray[np.int64]:
-    """Return what stops a proof in another thread, once its first entry is 1.
+    """Return a flag that stops a proof in another thread, once its first entry is 1.
 
     The second is after how many looks an edge is left unfinished.
     """
@@ -39,7 +39,7 @@ def new_stop() -> NDArray[np.int64]:
 
 
 class Stops(NamedTuple):
-    """What is set to 1 when it is time to stop: the first entries of both."""
+    """Flags that are set to 1 when it is time to stop: the first entries of both."""
 
     looking: NDArray[np.int64]
     """``(2,)``: look for nothing new; see `new_stop`."""
@@ -51,8 +51,8 @@ class Turns:
     """Kernels that take turns with whoever waits for them, in one thread.
 
     A thread beside this one takes half a millisecond to start and end, which is as long as many a
-    plan. So kernels return after a while, and `pause` looks at the time. What might take long by
-    itself is done by `beside`.
+    plan. So kernels return after a while, and `pause` looks at the time. Work that might take long
+    by itself is done by `beside`.
     """
 
     def __init__(self, timeout: float | None, watch: Callable[[], None]) -> None:
@@ -79,7 +79,7 @@ class Turns:
                 self.stops.proving[0] = 1
 
     def beside(self, job: Callable[[], _Answer]) -> _Answer:
-        """Return what a job returns whose kernels may look as often as they like.
+        """Return the answer of a job whose kernels look at flags by themselves.
 
         It is done by another thread, which sees when it is to stop.
         """
@@ -98,7 +98,7 @@ def run_stoppable(
     timeout: float | None,
     watch: Callable[[], None] = lambda: None,
 ) -> _Answer:
-    """Return what the job returns, which must look at its stops.
+    """Return the answer of the job, which must look at its flags.
 
     It is told to stop after ``timeout`` (s), or where waiting ends in an exception, such as
     KeyboardInterrupt. ``watch`` is called now and then while it is waited for, and may raise one.
@@ -113,7 +113,7 @@ def run_stoppable(
 def _waited_for(
     job: Callable[[], _Answer], stops: Stops, end: float, watch: Callable[[], None]
 ) -> _Answer:
-    """Return what a job in another thread returns; from ``end`` on it is told to stop."""
+    """Return the answer of a job in another thread; from ``end`` on it is told to stop."""
     is_over = False
     with ThreadPoolExecutor(1) as pool:
         future = pool.submit(job)

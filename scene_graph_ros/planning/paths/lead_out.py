@@ -49,9 +49,9 @@ def lead_out(
 ) -> LeadOut:
     """Return a way from where the robot was ``measured`` to a configuration near by that is free.
 
-    Both are ``(nq,)``: ``start`` is the nearest within limits, ``moves`` tells what may change. On
-    the way no pair is nearer than its padding by more than at its beginning, and `DEEPER`: that is
-    proven. Starts deeper than ``most`` (m) are left as they are.
+    Both are ``(nq,)``: ``start`` is the nearest within limits, ``moves`` is the mask of positions
+    that may change. On the way no pair is nearer than its padding by more than at its beginning,
+    and `DEEPER`: that is proven. Starts deeper than ``most`` (m) are left as they are.
     """
     begin = measured[np.newaxis]
     overlap = start_overlap_of(checker, measured) if most > 0.0 else None
@@ -111,7 +111,7 @@ def _change(
     wanted: NDArray[np.float64],
     moves: NDArray[np.bool_],
 ) -> NDArray[np.float64] | None:
-    """Return the least step ``(nq,)`` that changes distances by what is wanted, or None."""
+    """Return the least step ``(nq,)`` that changes distances as wanted, or None."""
     tree, columns = plan.tree, np.flatnonzero(moves)
     bounds = np.eye(len(columns))
     room = tree.upper[columns] - q[columns], q[columns] - tree.lower[columns]

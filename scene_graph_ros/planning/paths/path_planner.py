@@ -78,7 +78,7 @@ class _Progress:
 
 
 class _Problem(NamedTuple):
-    """What was asked for, checked."""
+    """The checked arguments."""
 
     checker: SceneGraphCollisionChecker
     start: NDArray[np.float64]
@@ -100,7 +100,7 @@ class _Problem(NamedTuple):
 
     @property
     def search_rules(self) -> EdgeRules:
-        """What counts as proven while it is looked for a path."""
+        """The rules of proofs during the search for a path."""
         return search_rules(self.checker.tolerance)
 
     def prove(self, *arguments: Any, **keywords: Any) -> EdgeProofs:
@@ -135,7 +135,7 @@ def plan_path(
 
     ``goal`` is a configuration ``(nq,)`` or several ``(m, nq)``, any of which will do; those that
     collide or are beyond limits are left out. Or it says where a tool is to be, or several such
-    targets: then goals are what `inverse_kinematics` finds, and the plan's ``goal`` is the target.
+    targets: then goals are those of `inverse_kinematics`, and the plan's ``goal`` is the target.
     ``group`` names the group of joints (of an SRDF) that may move; all others must be at a goal as
     they are at the start.
     Positions that may not move need not be within limits. A start that is beyond limits by no
@@ -152,12 +152,12 @@ def plan_path(
     search for shorter ones, too; kernels that are not compiled yet are, before time is counted.
     With None a search goes on until there is a path, a tree has 2^20 configurations, or
     KeyboardInterrupt. It notices both within 0.1 s. ``watch`` is told how far it has come, about
-    every 0.05 s and in the thread that called; what it raises ends the search and is raised.
+    every 0.05 s and in the thread that called; an error in it ends the search and is raised.
 
     The planner ``"rrt_connect"`` grows two trees (Kuffner and LaValle, *RRT-Connect*, 2000).
     An `OmplPlanner` has one of OMPL's look for the path, with our proofs of its motions.
-    ``"prm"`` looks for a way through a `Roadmap`, which may be given: then it knows what was
-    proven before, and its path depends on all that the roadmap was used for. All then cut off
+    ``"prm"`` looks for a way through a `Roadmap`, which may be given: then it knows earlier
+    proofs, and its path depends on all that the roadmap was used for. All then cut off
     the path's corners, first where that saves most, until none saves ``least_saving`` of the
     path's length: from 1e-4, for the shortest paths, to 1, for the path as it was found. Each
     edge, and in the end each edge of the path once more, is proven as
@@ -224,7 +224,7 @@ def plan_path(
 
 
 def _load_kernels(checker: SceneGraphCollisionChecker, search: PathSearch) -> None:
-    """Load what will be called, or compile it, before time is counted, once in a process."""
+    """Load the kernels, or compile them, before time is counted, once in a process."""
     if "search" in _loaded:
         return
     none = np.empty((0, 2, checker.plan.tree.num_positions))
@@ -234,7 +234,7 @@ def _load_kernels(checker: SceneGraphCollisionChecker, search: PathSearch) -> No
 
 
 def _final_rules(checker: SceneGraphCollisionChecker) -> EdgeRules:
-    """Return what counts as proven in the end."""
+    """Return the rules of the final proof."""
     return EdgeRules(False, part=0.5, tolerance=checker.tolerance, asks_ends=False)
 
 
@@ -299,7 +299,7 @@ def _moving(
 
 
 def _solve(problem: _Problem) -> Plan:
-    """Return the plan; told to stop, with what there is."""
+    """Return the plan; told to stop, the best one so far."""
     checker, tolerance = problem.checker, problem.search_rules.tolerance
     ends = np.concatenate([problem.start[np.newaxis], problem.goals])
     stop = problem.stops.proving
@@ -362,7 +362,7 @@ def _proven(
 
 
 def _not_found(problem: _Problem, what: str = "found") -> Plan:
-    """Say how far a search got."""
+    """Describe the progress of a search."""
     search, is_late = problem.search, problem.stops.looking[0] != 0
     when = f" within {problem.timeout:.10g} s" if is_late else ""
     words = f"no path was {what}{when}: {search.words}"

@@ -1,4 +1,4 @@
-"""Checks of what planners are asked."""
+"""Checks of planners' arguments."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def checked_numbers(
 
 
 def checked_tolerance(name: str, value: float) -> float:
-    """Return how far a start may be from where it has to be, after checking it."""
+    """Return the tolerance of a start's position, after checking it."""
     units = {"start_tolerance": "rad or m", "start_overlap": "m"}[name]
     slack = as_float(value)
     if slack is None or not 0.0 <= slack < math.inf:
@@ -45,7 +45,7 @@ def checked_tolerance(name: str, value: float) -> float:
 
 
 def targets_of(goal: Any) -> Sequence[PoseTarget] | None:
-    """Return where tools are to be; None for a goal of configurations."""
+    """Return the targets of tools; None for a goal of configurations."""
     if isinstance(goal, PoseTarget):
         return (goal,)
     if isinstance(goal, Sequence) and any(isinstance(each, PoseTarget) for each in goal):

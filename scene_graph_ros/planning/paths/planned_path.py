@@ -16,7 +16,7 @@ __all__ = ["Plan", "PlanProgress", "PlanStage"]
 
 
 class PlanStage(enum.Enum):
-    """What is being done for a plan."""
+    """The stage of the work on a plan."""
 
     CHECKING = 1
     """Start and goals are looked at."""
@@ -48,13 +48,13 @@ class Plan:
 
     ``configurations`` ``(n, nq)`` lead from the start to goal, or target, number ``goal``
     along straight edges (floating joints turn the short way); one where the start is a goal,
-    none without success. ``least_clearance`` (m) is what all pairs certainly keep, beyond
+    none without success. ``least_clearance`` (m) is a lower bound of all pairs' distances beyond
     their paddings, on all of the way; 0 without success. ``length`` adds up the edges, in rad
     and m. ``failure`` and ``reason`` say why there is no path; both are None where there is
     one. ``tree_sizes`` is how many configurations the trees from start and goals had,
     ``edges`` how many edges were looked at. ``free_from`` is the first configuration from which on
     all is proven free: not the start where that collides and is led out, which is then proven to
-    get no deeper; ``least_clearance`` is of what comes from there on.
+    get no deeper; ``least_clearance`` is that of the path from there on.
     """
 
     configurations: NDArray[np.float64]

@@ -1,4 +1,4 @@
-"""The planners that a path may be asked of, and what makes the search of each."""
+"""The planners of paths, and the factory of each one's search."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ PLANNERS = tuple(_SEARCHES)
 
 
 def check_planner(planner: object, roadmap: Roadmap | None) -> None:
-    """Raise PlanningError for what is no planner, and for a roadmap that it does not take."""
+    """Raise PlanningError for an unknown planner, and for a roadmap that it does not take."""
     if planner not in PLANNERS and not isinstance(planner, OmplPlanner):
         known = ", ".join(PLANNERS)
         raise PlanningError(
@@ -47,7 +47,7 @@ def check_planner(planner: object, roadmap: Roadmap | None) -> None:
 def new_search(
     planner: str | OmplPlanner, roadmap: Roadmap | None, timeout: float | None
 ) -> Callable[..., PathSearch]:
-    """Return what makes a search. Raises MissingOmplError, and PlanningError as it does."""
+    """Return the factory of a search. Raises MissingOmplError, and PlanningError as it does."""
     if isinstance(planner, OmplPlanner):
         planner.check_name()
         return partial(OmplSearch, planner=planner, timeout=timeout)

@@ -37,7 +37,7 @@ class PoseGoals(NamedTuple):
 
 
 def load_pose_kernels(checker: SceneGraphCollisionChecker, targets: Sequence[PoseTarget]) -> None:
-    """Load what the search calls, or compile it. Raises KinematicTreeError for unknown links."""
+    """Load or compile the kernels of the search. Raises KinematicTreeError for unknown links."""
     for target in targets:
         checker.plan.tree.link_index(target.link)
     for target in targets[:1]:

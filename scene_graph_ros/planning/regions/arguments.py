@@ -1,4 +1,4 @@
-"""Checks of what regions are asked to grow from."""
+"""Checks of the seeds of regions."""
 
 from __future__ import annotations
 
@@ -139,7 +139,7 @@ def checked_kept(
 
 
 def _why(feasibility: Feasibility, q: NDArray[np.float64]) -> str:
-    """Return what keeps a configuration from being free."""
+    """Return the reason why a configuration is not free."""
     for k, obstacle in enumerate(feasibility.obstacles):
         if obstacle.point_in_set(q, 0.0):
             return f"it is in configuration_obstacles[{k}]"

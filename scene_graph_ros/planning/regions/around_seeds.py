@@ -1,4 +1,4 @@
-"""Regions around what one has: a configuration, some, an edge, a path."""
+"""Regions around seeds: a configuration, some, an edge, a path."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def region_around(
     smallest around them. ``options`` are an `IrisZoOptions`, which are the default, or an
     `IrisOptions`; seeds are inside in any case. With a ``group`` of an SRDF, region and domain are
     of its k positions alone, and all others stay as they are in the seeds. Raises as `iris_zo`,
-    RegionError for seeds that do not see each other or move what is not of the group, and
+    RegionError for seeds that do not see each other or move positions outside of the group, and
     KinematicTreeError for a group that there is not.
     """
     chosen = IrisZoOptions() if options is None else options
@@ -102,7 +102,8 @@ def regions_around(
 
     Each seed is ``(nq,)`` or ``(m, nq)``. With an ``executor`` other processes grow them, a share
     each: the answer is the same. Raises as `region_around`, naming the seed by its row,
-    RegionNotFoundError where one has no region, and CollisionCheckerError for what is no executor.
+    RegionNotFoundError where one has no region, and CollisionCheckerError for an object that is no
+    executor.
     """
     pool = checked_executor(executor)
     chosen = IrisZoOptions() if options is None else options
@@ -139,7 +140,8 @@ def regions_along(
     Each keeps an edge inside, so neighbours share a configuration of the path. An edge that is in
     the region before gets none of its own. With an ``executor`` other processes grow regions at
     once for all edges that go in a new direction, and the answer is the same. ``group`` is as of
-    `region_around`. Raises as that does, and CollisionCheckerError for what is no executor.
+    `region_around`. Raises as that does, and CollisionCheckerError for an object that is no
+    executor.
     """
     pool = checked_executor(executor)
     chosen = IrisZoOptions() if options is None else options
@@ -191,7 +193,7 @@ def _turning_edges(q: NDArray[np.float64], first: int) -> list[int]:
 
 
 def _held(feasibility: Feasibility, held: Held | None) -> Feasibility:
-    """Return what tells of the positions that move alone."""
+    """Return the checker of the moving positions alone."""
     if held is not None:
         feasibility.checker = HeldChecker(feasibility.checker, held)
     return feasibility
@@ -205,7 +207,7 @@ def _region_or_error(
     options: AnyIrisOptions,
     threads: int,
 ) -> ConfigurationRegion | Exception:
-    """Return a region that keeps an edge inside, or what there was to say against it."""
+    """Return a region that keeps an edge inside, or the reason against it."""
     B, center = ellipsoid_around(seeds)
     try:
         feasibility = _held(feasibility_of_share(asked, options, threads), held)
@@ -237,7 +239,7 @@ def _check_seeds(
 def feasibility_of(
     checker: CollisionChecker, options: AnyIrisOptions, domain: HPolyhedron
 ) -> Feasibility:
-    """Return the predicate of options, after checking what of them it takes."""
+    """Return the predicate of options, after checking those that it takes."""
     chosen = options if isinstance(options, IrisZoOptions) else np_options(options)
     n = domain.ambient_dimension
     return Feasibility(

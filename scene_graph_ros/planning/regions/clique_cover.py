@@ -68,7 +68,7 @@ class DroppedClique:
 @one_line()
 @dataclass(frozen=True, eq=False)
 class RegionCover:
-    """Regions, and how much of what is free they have."""
+    """Regions, and their share of the free volume."""
 
     regions: tuple[HPolyhedron, ...]
     """Those that were given, then new ones."""
@@ -127,13 +127,13 @@ def iris_in_configuration_space_from_clique_cover(
     """Return regions that cover a share of the free configurations of a domain.
 
     Regions of ``sets`` count as covering, and come first. Edges that are proven free join free
-    points that no region has; around each clique of that graph a region grows. What is free is
+    points that no region has; around each clique of that graph a region grows. Free is
     one predicate everywhere: the checker with its paddings, and the obstacles and constraints of
     ``iris_options``. A clique without a region is dropped, and told of. The domain is the box of
     the joints' limits unless given; the same ``generator`` gives the same cover, with an
     ``executor``, too: then other processes prove edges, and grow the regions of a round.
 
-    Raises RegionError for what makes no sense.
+    Raises RegionError for options that make no sense.
     """
     chosen = IrisFromCliqueCoverOptions() if options is None else options
     solver = MaxCliqueSolverViaGreedy() if max_clique_solver is None else max_clique_solver
@@ -179,7 +179,7 @@ class _Cover:
         return self._feasibility.threads if self._executor is None else 1
 
     def take(self, sets: Sequence[Any]) -> None:
-        """Begin with regions. Raises RegionError for what is none."""
+        """Begin with regions. Raises RegionError for an object that is none."""
         for k, each in enumerate(sets):
             n = self._domain.ambient_dimension
             if not isinstance(each, HPolyhedron) or each.ambient_dimension != n:

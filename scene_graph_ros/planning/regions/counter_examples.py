@@ -68,7 +68,7 @@ def _bring_together(
     pair: object,
     influence: float,
 ) -> NDArray[np.float64] | None:
-    """Return where Newton's method from a configuration has a pair touch, None if nowhere."""
+    """Return the limit of Newton's method for a pair that touches, None without one."""
     q = start
     for _ in range(_STEPS):
         near = feasibility.near(q, influence)

@@ -1,4 +1,4 @@
-"""Faces between an ellipsoid and what is not free, which keep some points inside."""
+"""Faces between an ellipsoid and colliding points, which keep some points inside."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _ROUNDING = 64.0 * EPSILON
 
 
 class Cut:
-    """What cuts: the ellipsoid ``{B u + center}``, and the points ``(k, n)`` that stay inside."""
+    """An ellipsoid ``{B u + center}``, and the points ``(k, n)`` that stay inside of cuts."""
 
     def __init__(
         self, B: NDArray[np.float64], center: NDArray[np.float64], kept: NDArray[np.float64]
@@ -25,7 +25,7 @@ class Cut:
         self._balls = (kept - center) @ self._inverse.T
 
     def distances(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return how many times the ellipsoid has to grow to touch each of ``q (m, n)``."""
+        """Return the factors by which the ellipsoid has to grow to touch each of ``q (m, n)``."""
         result: NDArray[np.float64] = np.linalg.norm((q - self.center) @ self._inverse.T, axis=1)
         return result
 
@@ -51,7 +51,7 @@ class Cut:
     def _side(
         self, normal: NDArray[np.float64], q: NDArray[np.float64], margin: float
     ) -> float | None:
-        """Return where a face is, at most at q; None where a point to keep is beyond q."""
+        """Return the offset of a face, at most at q; None where a point to keep is beyond q."""
         at = float(normal @ q)
         if not np.isfinite(at) or not normal.any():
             return None
@@ -79,7 +79,7 @@ def cut_between(
     """Return faces that have all of some configurations ``(m, n)`` beyond them, nearest first.
 
     At most ``most`` faces, all where that is negative; and a configuration that no face can keep
-    out, as it is in the hull of what is kept, or None.
+    out, as it is in the hull of the points to keep, or None.
     """
     normals: list[NDArray[np.float64]] = []
     sides: list[float] = []

@@ -41,7 +41,7 @@ class Feasibility:
         constraints: Constraints | None = None,
         threads: int = 1,
     ) -> None:
-        """Take what has ``check_configs_collision_free``, and what was checked."""
+        """Take an object with ``check_configs_collision_free``, and the checked options."""
         self.checker, self.obstacles, self.constraints = checker, tuple(obstacles), constraints
         self.threads = threads
         self.asked = 0
@@ -106,7 +106,7 @@ def _meets_segment(obstacle: ConvexSet, q1: NDArray[np.float64], q2: NDArray[np.
 def feasibility_of_share(
     asked: CollisionChecker | PackedChecker, options: Any, threads: int
 ) -> Feasibility:
-    """Return what a share takes for free."""
+    """Return the predicate of one worker."""
     checker: Any = asked.unpacked() if isinstance(asked, PackedChecker) else asked
     return Feasibility(
         checker,
@@ -132,7 +132,7 @@ def checked_obstacles(obstacles: Any, dimension: int) -> tuple[ConvexSet, ...]:
 
 
 def checked_constraints(constraints: Any) -> Constraints | None:
-    """Return constraints, or None. Raises RegionError for what cannot be called."""
+    """Return constraints, or None. Raises RegionError for objects that cannot be called."""
     if constraints is not None and not callable(constraints):
         raise RegionError(
             f"additional_constraints must be a function, or None, not {quoted(constraints)}"

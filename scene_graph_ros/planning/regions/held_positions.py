@@ -30,7 +30,7 @@ class Held(NamedTuple):
 
 
 class HeldChecker:
-    """What a checker says of the positions that move ``(k,)``, as regions ask for it."""
+    """A checker of the moving positions ``(k,)`` alone, for regions."""
 
     def __init__(self, checker: Any, held: Held) -> None:
         """Take a checker of configurations ``(nq,)``."""
@@ -59,7 +59,7 @@ class HeldChecker:
         return _Near(found.distances, found.jacobians[:, self._held.rows], found.pairs)
 
     def find_collisions(self, configurations: NDArray[np.float64]) -> Any:
-        """Return what collides at ``(n, k)``, as the checker says it."""
+        """Return the collisions at ``(n, k)``, by the checker."""
         return self._checker.find_collisions(self._held.whole(configurations))
 
 
@@ -74,7 +74,7 @@ class _Near(NamedTuple):
 def held_by_group(
     checker: CollisionChecker, group: str | None, q: NDArray[np.float64], name: str
 ) -> Held | None:
-    """Return what moves where configurations ``(m, nq)`` are of a group; None for all positions.
+    """Return a group's moving positions at configurations ``(m, nq)``; None for all positions.
 
     Raises KinematicTreeError for a group that there is not, RegionError where another position is
     not the same in all configurations.

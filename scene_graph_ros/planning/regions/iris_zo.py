@@ -220,7 +220,7 @@ class _Rounds:
 
 
 def _test_size(error: float, options: IrisZoOptions) -> tuple[int, int]:
-    """Return how many points a test takes, and how many of them may be not free.
+    """Return the number of points of a test, and the most of them that may be not free.
 
     Of a share above epsilon, Chernoff's bound of so few hits is ``exp(-tau^2 epsilon N / 2)``.
     """
@@ -229,9 +229,9 @@ def _test_size(error: float, options: IrisZoOptions) -> tuple[int, int]:
 
 
 def _likely(samples: int, most: int, asked: int) -> float:
-    """Return how many hits of some points let the whole test pass but for bad luck.
+    """Return the number of hits of some points below which the test passes but for bad luck.
 
-    What has more is not asked further: to fail costs the test nothing.
+    A region with more is not tested further: to fail costs the test nothing.
     """
     expected = most * min(1.0, asked / samples)
     return min(most, expected + 3.0 * math.sqrt(expected))

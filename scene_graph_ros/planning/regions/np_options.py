@@ -24,7 +24,7 @@ __all__ = ["IrisNpOptions"]
 @one_line()
 @dataclass(frozen=True, kw_only=True)
 class IrisNpOptions(IrisOptions):
-    """Those of `iris`, and what only regions of configurations have.
+    """Those of `iris`, and those that only regions of configurations have.
 
     Raises RegionError or ConvexSetError, which name the option and its value.
     """
@@ -76,5 +76,5 @@ class IrisNpOptions(IrisOptions):
             object.__setattr__(self, "additional_constraints", ProgramConstraints(program))
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return what a worker needs: constraints as a function, as a program can't be sent."""
+        """Return the state for a worker: constraints as a function, as a program can't be sent."""
         return {**self.__dict__, "prog_with_additional_constraints": None}

@@ -119,7 +119,8 @@ def rounding_shape(A: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np
     """Return the map ``(n, n)`` of the largest ellipsoid in ``A x <= b``.
 
     Walks along its directions mix as fast in thin sets as in round ones, where others hardly move
-    and a test of their points would say nothing. Raises RegionNotFoundError for what is too thin.
+    and a test of their points would say nothing. Raises RegionNotFoundError for a set that is too
+    thin.
     """
     region = HPolyhedron(A, b)
     try:

@@ -1,4 +1,4 @@
-"""Constraints of a nonlinear program as what configurations must meet."""
+"""Constraints of a nonlinear program as conditions on configurations."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ __all__ = ["ProgramConstraints"]
 
 
 class ProgramConstraints:
-    """Of configurations ``(n, nq)``, a program's variables, what must be at most 0 ``(n, k)``.
+    """Values ``(n, k)`` of a program's constraints, at most 0, at configurations ``(n, nq)``.
 
-    Costs do not count. Raises RegionError for what is no program, has no constraints, or has one
-    that holds on a set without volume.
+    Costs do not count. Raises RegionError for an object that is no program, has no constraints, or
+    has one that holds on a set without volume.
     """
 
     def __init__(self, program: Any) -> None:
@@ -44,7 +44,7 @@ class ProgramConstraints:
         self._function = ca.Function("violations", [stacked], [ca.vertcat(*rows)])
 
     def __call__(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return what must be at most 0."""
+        """Return the values that must be at most 0."""
         if q.shape[1] != self._count:
             raise RegionError(
                 f"prog_with_additional_constraints has {self._count} variables, and configurations"
@@ -55,5 +55,5 @@ class ProgramConstraints:
         return result
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return what a worker needs: the function, without the program."""
+        """Return the state for a worker: the function, without the program."""
         return {**self.__dict__, "program": None}

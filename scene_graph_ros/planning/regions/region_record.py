@@ -1,4 +1,4 @@
-"""What is known of a region: samples of it, and what follows from them."""
+"""The record of a region: samples of it, and bounds that follow from them."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class ConfigurationRegion:
 
 
 def share_bound(samples: int, hits: int, error: float) -> float:
-    """Return what a share is at most, if ``hits`` of ``samples`` have it: but for ``error``.
+    """Return an upper bound of a share of which ``samples`` have ``hits``: but for ``error``.
 
     Clopper and Pearson, "The use of confidence or fiducial limits illustrated in the case of the
     binomial", Biometrika 26, 1934.

@@ -44,7 +44,7 @@ class StraightPlan:
     free, and all pairs certainly keep ``least_clearance`` (m) beyond their paddings. ``fractions``
     ``(n,)`` are the shares of the way up to each, ``fraction`` is the last of them. ``failure``
     and ``reason`` say why that is not 1, or why there is no trajectory. ``timed`` is the
-    trajectory along what there is, where limits were given.
+    trajectory along that part, where limits were given.
     """
 
     configurations: NDArray[np.float64]

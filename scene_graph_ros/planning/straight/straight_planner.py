@@ -177,7 +177,7 @@ class _Walk:
         return _Step(tries.x[0, 0], (way + bent + _ROUNDING, turn + _ROUNDING))
 
     def _ratio(self, step: _Step) -> float:
-        """Return how many times too far a step bends; it grows with the square of its length."""
+        """Return the ratio of a step's bend to its limit: it grows with its squared length."""
         parts = [each / most for each, most in zip(step.deviations, self._most, strict=True)]
         change = float(np.abs(step.x - self.x[-1]).max(initial=0.0)) / _LONGEST
         return max(*parts, change * change)

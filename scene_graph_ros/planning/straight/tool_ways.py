@@ -66,7 +66,7 @@ class ToolWay:
         return self.pieces[piece].pose(s)
 
     def sagitta(self, piece: int, part: float) -> float:
-        """Return how far a part of a piece is from its chord at most, m."""
+        """Return the largest distance of a part of a piece from its chord, m."""
         each = self.pieces[piece]
         return float(np.linalg.norm(each.arm)) * (part * each.angle) ** 2 / 8.0
 

@@ -64,12 +64,12 @@ def time_curve(
     ``curve`` has one row for each position that ``limits`` name, in their order; all others are as
     in ``at`` ``(nq,)``. Of a `CompositeTrajectory` of Bézier curves, such as one through regions,
     the way counts, not its times: its segments are taken as paths r(s). The trajectory stops where
-    the direction jumps. What is returned are points and the cubics through them, or quintics, as
+    the direction jumps. The answer has points and the cubics through them, or quintics, as
     of `time_path`: of these it is shown that they keep all limits at all times, and proven that
     they are free. Where they are not, points are set more densely along the curve, twice, four and
     eight times.
 
-    All other arguments, the answer and what is raised are as of `time_path`; raises
+    All other arguments, the answer and the errors are as of `time_path`; raises
     TrajectoryError for a curve of other rows than the limits, one that jumps, and one that is no
     polynomials.
     """
@@ -85,9 +85,9 @@ def time_curve(
     ):
         curve = normalize_segment_times(curve)
     curve = polynomials_of("curve", curve)
-    if curve.rows != len(limits.names):
+    if curve.rows != len(problem.limits.names):
         raise TrajectoryError(
-            f"curve has {curve.rows} rows, and limits name {len(limits.names)} positions"
+            f"curve has {curve.rows} rows, and limits name {len(problem.limits.names)} positions"
         )
     path = _moving(curve)
     patience = as_timeout(timeout)
@@ -145,7 +145,7 @@ def _retimed(problem: TimingProblem, path: PiecewisePolynomial, stops: Stops) ->
 
 
 def _count_rests(motion: PathParameterizedTrajectory) -> int:
-    """Return how often a motion rests between its ends."""
+    """Return the number of rests of a motion between its ends."""
     points = motion.time_scaling.control_points[:, :, 0]
     # Where it begins a stretch at rest; with a rise time it first stays there for a stretch.
     begins = points[1:, 1] == points[1:, 0]

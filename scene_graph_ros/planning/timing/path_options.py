@@ -31,7 +31,7 @@ class PathOptions(NamedTuple):
 
 
 def with_options(problem: TimingProblem, asked: PathOptions) -> TimingProblem:
-    """Return a problem with its options. Raises TrajectoryError naming what makes no sense."""
+    """Return a problem with its options. Raises TrajectoryError naming a wrong option."""
     return problem._replace(
         deviation=_deviation(problem, asked.deviation),
         through=_rows(problem, "through", asked.through),
@@ -55,7 +55,7 @@ def _deviation(problem: TimingProblem, given: ArrayLike | None) -> NDArray[np.fl
 
 
 def _rows(problem: TimingProblem, name: str, given: ArrayLike) -> NDArray[np.bool_]:
-    """Return which rows of the path are named ``(n,)``."""
+    """Return a mask ``(n,)`` of the named rows of the path."""
     count = len(problem.path)
     result = np.zeros(count, dtype=np.bool_)
     rule = f"{name} must be rows of the path, 0 to {count - 1}"

@@ -68,7 +68,7 @@ def time_path(
 
     Rounded corners reach at most to the middles of edges. Where the path turns back, by 172
     degrees or more, it is followed to the end, with rest. Points that are on straight edges
-    between others, but for what rounding to float32 or to 3 to 7 decimals does, are no corners.
+    between others, but for rounding to float32 or to 3 to 7 decimals, are no corners.
     Where at least five edges in turn are those of a curve, it is the cubic spline through their
     points, if that is within 0.2 % of the path's extent.
     ``deviation``, one or ``(nq,)`` in the units of q, is how far from the path the trajectory may
@@ -79,16 +79,16 @@ def time_path(
     It begins and ends at rest, or with velocities and accelerations ``(nq,)``; those that are not
     along the first and the last edge take it off these, and accelerations need limits of jerk.
 
-    ``retimer`` says what finds how fast the path is gone along. ``"time_optimal"`` is our own,
-    whose ``grid_points`` (default 16) are stretches of each corner with one speedup each: more are
-    faster, and take longer to find. ``"toppra"`` and ``"ruckig"`` are others, or a `ToppraRetimer`
-    or `RuckigRetimer` with options; what they find is checked and proven as ours is.
-    ``start_tolerance`` (rad or m), ``timeout`` (s) and ``watch`` are as of `plan_path`.
-    A `Plan` whose start collides says from which of its configurations on it is free:
-    ``free_from``. The trajectory rests there. Before, it is proven that no pair gets deeper than
-    at the start by more than 0.01 mm.
+    ``retimer`` names the method that finds the speed along the path. ``"time_optimal"`` is our
+    own, whose ``grid_points`` (default 16) are stretches of each corner with one speedup each:
+    more are faster, and take longer to find. ``"toppra"`` and ``"ruckig"`` are others, or a
+    `ToppraRetimer` or `RuckigRetimer` with options; their motions are checked and proven as ours
+    are. ``start_tolerance`` (rad or m), ``timeout`` (s) and ``watch`` are as of `plan_path`. A
+    `Plan` whose start collides says from which of its configurations on it is free: ``free_from``.
+    The trajectory rests there. Before, it is proven that no pair gets deeper than at the start by
+    more than 0.01 mm.
 
-    Raises TrajectoryError naming what makes no sense: rows that the path has not, rates beyond
+    Raises TrajectoryError naming the fault: rows that the path has not, rates beyond
     their limits, a path that moves positions without limits, or turns a floating joint. Raises as
     `SceneGraphCollisionChecker` does for configurations of another shape, and MissingRetimerError
     where a retimer is not installed.
@@ -124,10 +124,10 @@ def prove_trajectory(
 ) -> TimedPath:
     """Return whether a trajectory of any origin keeps all limits and is free, at all times.
 
-    ``points`` have the configurations of all positions ``(m, nq)``, and velocities. What is looked
-    at is what controllers run through them: cubics, with accelerations quintics. ``limits`` are of
-    the positions that move, by name; those of positions are the robot's. A failure says which
-    limit is exceeded, by how much and when, or which pair is not proven apart.
+    ``points`` have the configurations of all positions ``(m, nq)``, and velocities. The curves
+    looked at are those that controllers run through them: cubics, with accelerations quintics.
+    ``limits`` are of the positions that move, by name; those of positions are the robot's. A
+    failure says which limit is exceeded, by how much and when, or which pair is not proven apart.
 
     ``timeout`` (s) and ``watch`` are as of `plan_path`. Raises TrajectoryError for points without
     velocities, for a single one, and as `time_path` does.
@@ -155,7 +155,7 @@ def _demand_rest(problem: TimingProblem, name: str, rates: NDArray[np.float64]) 
 
 
 def _judged(problem: TimingProblem, points: TrajectoryPoints, stops: Stops) -> TimedPath:
-    """Return whether what runs through points is within limits and free."""
+    """Return whether the curve through points is within limits and free."""
     own = points.of(problem.rows)
     trajectory = own.trajectory()
     excess = position_excess(problem, trajectory)
@@ -218,7 +218,7 @@ def _along(problem: TimingProblem, rounded: RoundedPath, stops: Stops) -> TimedP
 
 
 def _places(sampled: Sampled, times: list[float]) -> NDArray[np.float64]:
-    """Return where on the rounded path a trajectory is at times, s."""
+    """Return the parameters on the rounded path of a trajectory at times, s."""
     # With a rise time it is at the mean of what was before.
     before = np.array(times) / sampled.factor - 0.5 * sampled.rise_time
     return sampled.motion.time_scaling.value(before)[:, 0]

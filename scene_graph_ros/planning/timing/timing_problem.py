@@ -1,8 +1,8 @@
-"""What is asked about a trajectory, checked, and what is answered."""
+"""The checked arguments of timing, and its answer."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import enum
 import math
 from typing import NamedTuple
@@ -92,7 +92,7 @@ class TimedPath:
 
 
 class TimingProblem(NamedTuple):
-    """What was asked for, checked."""
+    """The checked arguments."""
 
     checker: SceneGraphCollisionChecker
     path: NDArray[np.float64]
@@ -136,12 +136,17 @@ def timing_problem(
     rise_time: float = 0.0,
     retimer: Retimer | None = None,
 ) -> TimingProblem:
-    """Return what was asked for, checked. Raises TrajectoryError as `time_path` says."""
+    """Return the checked arguments. Raises TrajectoryError as `time_path` says."""
     q, tree = checker.checked_configurations(path), checker.plan.tree
     if np.ndim(path) != 2 or not len(q):
         raise TrajectoryError(f"path must have shape (n, nq), not {np.shape(path)}")
     if not limits.names:
-        raise TrajectoryError("limits must have the names of the positions that move")
+        if len(limits.velocities) != tree.num_positions:
+            raise TrajectoryError(
+                f"limits has {len(limits.velocities)} entries without names, and there are"
+                f" {tree.num_positions} positions: give names, of {', '.join(tree.position_names)}"
+            )
+        limits = replace(limits, names=tree.position_names)
     rows = np.array([tree.position_index(name) for name in limits.names], dtype=np.intp)
     for _, name in turning_quaternions(tree, q[np.newaxis]):
         raise TrajectoryError(f"the path turns the floating joint {name!r}: it can't be timed")
@@ -171,7 +176,7 @@ def timing_problem(
 
 
 def as_timeout(timeout: float | None) -> float | None:
-    """Return seconds, or None. Raises TrajectoryError for what is neither."""
+    """Return seconds, or None. Raises TrajectoryError for anything else."""
     patience = None if timeout is None else as_float(timeout)
     if timeout is not None and (patience is None or not 0.0 <= patience < math.inf):
         raise TrajectoryError(f"timeout must be seconds from 0 on, or None, not {quoted(timeout)}")
@@ -179,7 +184,7 @@ def as_timeout(timeout: float | None) -> float | None:
 
 
 def position_excess(problem: TimingProblem, trajectory: PiecewisePolynomial) -> LimitExcess | None:
-    """Return where a trajectory is farthest beyond a limit, of positions, too, or None.
+    """Return a trajectory's largest excess over a limit, of positions, too, or None.
 
     One that begins a little beyond its limits, as a start may, goes no farther.
     """

@@ -2,7 +2,7 @@
 
 Per axis the state is (c, c'), the control u = c'', and the zero-moment point y = c - d u, with
 d = height / gravity. The cost is the integral of ``mu (y - eta(t))**2 + u**2`` and, in the end,
-what is best from there on for ever. R. Tedrake, S. Kuindersma, R. Deits and K. Miura, "A
+the optimal cost from there on for ever. R. Tedrake, S. Kuindersma, R. Deits and K. Miura, "A
 closed-form solution for real-time ZMP gait generation and feedback stabilization", Humanoids 2015,
 solve this with matrix exponentials. Here each axis is one complex mode: the closed loop's poles
 are -p and its conjugate, where ``(1 + mu d**2) p**4 - 2 mu d p**2 + mu = 0``.
@@ -43,7 +43,7 @@ class Motion(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class PendulumOptimum:
-    """What is best per axis, for weights ``mu`` ``(m,)`` of the zero-moment point; ``d`` in s^2.
+    """The optimum per axis, for weights ``mu`` ``(m,)`` of the zero-moment point; ``d`` in s^2.
 
     The value function is ``x' S x + x' s2(t) + s3(t)`` and the control ``-K x + u0(t)``.
     """
@@ -53,7 +53,7 @@ class PendulumOptimum:
 
     @cached_property
     def control_weight(self) -> NDArray[np.float64]:
-        """What a squared control costs at once, ``(m,)``."""
+        """The cost of a squared control, ``(m,)``."""
         return 1.0 + self.mu * self.d**2
 
     @cached_property
@@ -66,7 +66,7 @@ class PendulumOptimum:
 
     @cached_property
     def both_rates(self) -> NDArray[np.complex128]:
-        """-p and p ``(2 m,)``, of what fades and of what grows."""
+        """-p and p ``(2 m,)``, of the decaying and the growing part."""
         return np.concatenate([-self.rates, self.rates])
 
     @cached_property

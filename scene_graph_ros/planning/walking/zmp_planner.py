@@ -95,9 +95,9 @@ class ZmpPlanner:
 
     The robot is a linear inverted pendulum of constant height z: the zero-moment point, which is
     the centre of pressure on flat ground, is ``y = c - z / g * c''`` in the plane. The state is
-    ``x = [c; c']`` ``(4,)`` in m and m/s, the control ``u = c''`` ``(2,)``. What is least is the
+    ``x = [c; c']`` ``(4,)`` in m and m/s, the control ``u = c''`` ``(2,)``. The cost is the
     integral of ``(y - y_d)' Qy (y - y_d) + u' R u`` until the end of ``y_d`` and, from there on,
-    what the best controller still pays: ``xbar' Vxx xbar`` with ``xbar = [c - y_d(t_f); c']``.
+    the optimal cost to go: ``xbar' Vxx xbar`` with ``xbar = [c - y_d(t_f); c']``.
 
     The value function is ``xbar' Vxx xbar + xbar' Vx(t) + V0(t)``. All of it is in closed form
     (Tedrake, Kuindersma, Deits and Miura, Humanoids 2015), so planning takes as long for a long
@@ -189,7 +189,7 @@ class ZmpPlanner:
         return _at(self._plan_or_error().zmp, time)
 
     def get_final_desired_zmp(self) -> NDArray[np.float64]:
-        """Return where the desired zero-moment point ends, ``(2,)``."""
+        """Return the end of the desired zero-moment point, ``(2,)``."""
         return self._plan_or_error().zmp.control_points[-1, -1].copy()
 
     # What is best.
@@ -210,7 +210,7 @@ class ZmpPlanner:
     compute_optimal_co_mdd = compute_optimal_comdd
 
     def compute_optimal_cost(self, time: float, x: ArrayLike) -> float:
-        """Return the value function: what is still to pay at a time and in a state ``(4,)``."""
+        """Return the value function: the cost to go at a time and in a state ``(4,)``."""
         plan, xbar = self._plan_or_error(), self._xbar(x)
         t = as_finite("time", time)
         quadratic = xbar @ plan.Vxx @ xbar + xbar @ plan.Vx.value(t)
@@ -283,7 +283,8 @@ def _planned(
 ) -> _Plan:
     """Return the plan: weights made diagonal, each axis by itself, and back.
 
-    What depends on weights and height alone is that of the plan ``before``, if these are the same.
+    The part that depends on weights and height alone is that of the plan ``before``, if these are
+    the same.
     """
     if before is not None and before.d == d and before.is_weighted_by(Qy, R):
         axes, best = before.axes, before.best
@@ -297,7 +298,7 @@ def _planned(
 def _axes(
     d: float, Qy: NDArray[np.float64], R: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], PendulumOptimum]:
-    """Return T and its inverse, and what is best along each axis. Raises ZmpPlannerError."""
+    """Return T and its inverse, and the optimum along each axis. Raises ZmpPlannerError."""
     # T' R T = 1 and T' Qy T = mu: then the axes of T^-1 c have nothing to do with each other.
     half = np.linalg.inv(np.linalg.cholesky(R))
     mu, turn = np.linalg.eigh(half @ Qy @ half.T)
@@ -312,7 +313,7 @@ def _axes(
 
 
 def _cost_at_rest(plan: _Plan, final: NDArray[np.float64], time: float) -> float:
-    """Return V0: the integral from a time on of what does not depend on the state."""
+    """Return V0: the integral from a time on of the terms without the state."""
     breaks = plan.zmp.breaks
     start = min(max(time, breaks[0]), breaks[-1])
     ends = np.concatenate([[start], breaks[breaks > start]])

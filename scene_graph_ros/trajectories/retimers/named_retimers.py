@@ -21,7 +21,7 @@ _NAMES: dict[str, type[Retimer]] = {
 def as_retimer(retimer: Retimer | str, grid_points: int | None = None) -> Retimer:
     """Return a retimer by its name; our own has so many ``grid_points``.
 
-    Raises TrajectoryError for what is none, and for ``grid_points`` of another one than our own;
+    Raises TrajectoryError for an unknown one, and for ``grid_points`` of another one than our own;
     MissingRetimerError where it is not installed.
     """
     if retimer == "time_optimal" and grid_points is not None:

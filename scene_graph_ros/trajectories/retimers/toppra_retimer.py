@@ -40,14 +40,14 @@ class ToppraRetimer(Retimer):
     the cubic spline through the path's points, which leaves the path by as much as it swings.
 
     It knows no limits of jerk: these are kept by a mean over a rise time, as for our own. Raises
-    TrajectoryError for what makes no sense.
+    TrajectoryError for options that make no sense.
     """
 
     grid_points: int = 50
     along: str = "path"
 
     def __post_init__(self) -> None:
-        """Check what was given."""
+        """Check the options."""
         object.__setattr__(self, "grid_points", as_grid_points(self.grid_points))
         if self.along not in _WAYS:
             raise TrajectoryError(

@@ -155,8 +155,7 @@ def test_a_server_sees_what_exact_sees():
         return 200, file_of(render_gltf(form).depth, "TIFF")
 
     with serving(answer) as (url, forms):
-        # The server renders in this process: on a busy machine for longer than the default.
-        query = query_of(scene(), GltfClientRenderEngine(url, timeout=100.0))
+        query = query_of(scene(), GltfClientRenderEngine(url))
         depth = images(query, kinds=["depth"], X=CAMERA).depth
     exact = images(query, "exact", X=CAMERA)
     both = np.isfinite(depth) & np.isfinite(exact.depth)

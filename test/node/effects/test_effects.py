@@ -330,3 +330,23 @@ def test_an_effect_waits_for_its_kernels(world, host):
     assert effects.running("new").updates == 1
     _, status = statuses(effects)
     assert (status.level, status.message) == (DiagnosticStatus.OK, "asked for")
+
+
+def test_a_scene_that_could_not_be_followed_is_followed_by_the_next_update(world, host):
+    """The error is the update's; effects behind the one that it met come on a little later."""
+    faults = [OSError("a file is gone")]
+
+    def lack(group):
+        if group and faults:
+            raise faults.pop()
+        return ""
+
+    first = EffectDeclaration(
+        "first", lambda demand: "asked for", "anything", (), f"{__name__}:Fine", "new"
+    )
+    effects = Effects(host, [first, declared("second", "Fine")], lack)
+    effects.open()
+    with pytest.raises(OSError, match="a file is gone"):
+        effects.update(world.snapshot)
+    effects.update(world.snapshot)
+    assert [effects.running(name).updates for name in ("first", "second")] == [1, 1]

@@ -60,7 +60,7 @@ def options(stamp):
 
     from scene_graph_msgs.msg import QueryOptions
 
-    return QueryOptions(minimal_stamp=stamp, timeout=Duration(sec=5))
+    return QueryOptions(minimal_stamp=stamp, timeout=Duration(sec=20))
 
 
 def add_ball(client, name):

@@ -91,7 +91,7 @@ def test_what_can_not_be_published_is_one_sentence(case, tmp_path, monkeypatch, 
     assert main([str(_write(tmp_path / "bag", records)), "--quiet"]) == 2
     said = capsys.readouterr().err
     assert reason in said and len(said.splitlines()) == 1
-    assert time.monotonic() - begin < 30.0
+    assert time.monotonic() - begin < 200.0
     assert "evilpkg" not in sys.modules
 
 

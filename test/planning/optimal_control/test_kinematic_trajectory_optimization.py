@@ -167,7 +167,7 @@ def test_where_the_proof_fails_clearance_is_held_too(tmp_path):
         (lambda m: KinematicTrajectoryOptimization(0, 6), "num_positions must be a whole number"),
         (lambda m: KinematicTrajectoryOptimization(2, 6, duration=0.0), "duration must be posi"),
         (lambda m: m.add_velocity_bounds([1.0, 1.0], [0.0, 2.0]), r"lb\[0\] = 1.0 must not be"),
-        (lambda m: m.add_jerk_bounds([1.0], [2.0]), r"lb must have shape \(2,\), not \(1,\)"),
+        (lambda m: m.add_jerk_bounds([1.0], [2.0]), r"lb must have the shape \(2,\), not \(1,\)"),
         (lambda m: m.add_path_velocity_constraint([0, 0], [0, 0], 1.5), "s must be from 0 to 1"),
         (lambda m: m.add_duration_cost(-1.0), "weight must be finite and not negative"),
         (lambda m: m.add_duration_constraint(3.0, 2.0), r"lb\[0\] = 3.0 must not be above"),

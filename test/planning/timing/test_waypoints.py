@@ -251,3 +251,31 @@ def test_any_waypoints_have_a_trajectory(checker, seed, count, kind, jerk):
     rises = 0.0 if jerk is None else min(A / jerk, (4.0 * edges.max() / jerk) ** (1.0 / 3.0) * 4.0)
     moves = np.count_nonzero(edges)
     assert timed.duration <= 1.3 * (edges.sum() / V + moves * (V / A + rises)) + 1e-5
+
+
+UNEVEN = """
+-14.25463 -0.45693  -14.24807 -0.45305  -14.32251 -0.15733  -14.81652 -2.92204
+-14.82302 -2.91914  -14.80578 -2.91220  -15.17081 -2.21614  -15.17171 -2.21712
+-14.65276 -2.05342  -14.65276 -2.05337  -14.65253 -2.05375  -14.65245 -2.05370
+-14.41891 -1.82035  -4.62031 1.71961    -4.62037 1.71943    -5.01487 1.98011
+-6.37409 -0.18971   -6.37411 -0.19243   -6.37444 -0.19250   -6.39266 -0.19550
+-6.39283 -0.19559   -6.39285 -0.19557   -6.39368 -0.19759   -0.49175 -17.23572
+-0.49170 -17.23557  -0.47516 -17.21520  -0.47126 -17.21833
+"""
+"""Waypoints from 5e-5 to 18 apart."""
+
+
+@pytest.mark.parametrize("scale", [0.08, 1e-3, 1e-6])
+def test_long_and_very_short_edges_have_a_motion(checker, scale):
+    """Limits are as large as the path: the same motion, at any scale."""
+    path = scale * (np.fromstring(UNEVEN, sep=" ").reshape(-1, 2) + np.array([8.0, 9.0]))
+    own = MotionLimits(
+        [1.823 * scale, 0.62 * scale],
+        [0.2333 * scale, 10.84 * scale],
+        ("x", "y"),
+        [60.75 * scale, 196.8 * scale],
+    )
+    timed = time_path(checker, path, own)
+    assert timed.is_success, timed.reason
+    assert find_excess(timed.trajectory, own) is None
+    assert timed.duration < 120.0

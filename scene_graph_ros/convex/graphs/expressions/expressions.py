@@ -296,7 +296,7 @@ _ONE = Affine({}, np.ones(1), True)
 
 
 def checked_vector(vector: Any, name: str) -> Affine:
-    """Return an expression. Raises ConvexSetError, which names who takes it."""
+    """Return an expression. Raises ConvexSetError, which names the function that takes it."""
     if not isinstance(vector, Affine):
         raise ConvexSetError(
             f"{name} takes an expression of edge.xu, edge.xv, not {quoted(vector)}"

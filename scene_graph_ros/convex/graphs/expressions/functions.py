@@ -19,14 +19,14 @@ __all__ = ["FunctionConstraint", "FunctionCost", "FunctionTerm"]
 
 @dataclass(frozen=True, eq=False)
 class FunctionCost:
-    """What a function returns of the points of an edge, ``xu`` and ``xv``, or of a vertex."""
+    """The cost of a function of the points of an edge, ``xu`` and ``xv``, or of a vertex."""
 
     function: Callable[..., float]
 
     def at(self, points: Mapping[int, np.ndarray], numbers: Sequence[int]) -> float:
         """Return the cost at points ``(n,)`` by numbers of vertices, ``numbers`` being its own.
 
-        Raises ConvexSetError for what is no finite number.
+        Raises ConvexSetError unless it is a finite number.
         """
         return float(_values(self.function, points, numbers, 1)[0])
 

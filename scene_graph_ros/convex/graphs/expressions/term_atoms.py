@@ -1,4 +1,4 @@
-"""Convex functions of edges' costs: about what they cost at most, and their slopes."""
+"""Convex functions of edges' costs: estimates of their largest values, and their slopes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _LEAST = 1e-300
 
 
 def sizes_of_atoms(kind: str, most: np.ndarray, constant: np.ndarray) -> np.ndarray:
-    """Return about what atoms cost ``(G,)``, from bounds of their vectors and central values.
+    """Return estimates of atoms' values ``(G,)``, from bounds of their vectors and central values.
 
     Both are ``(G, k)``. Of norms and squares no vector costs more; quotients are those of the
     largest divisor.

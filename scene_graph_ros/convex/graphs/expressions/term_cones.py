@@ -1,8 +1,8 @@
-"""What is asked of rows in cones: how far outside they are, weights that are never negative.
+"""Rows in cones: their distances outside, weights that are never negative.
 
 Weights z of rows are in the dual of a cone where ``z . rows`` is at least 0 for all rows in it.
-Those of a solver are so to its rounding; `into_dual` makes them so for sure, with what floats may
-be off by counted in. Of a symmetric matrix the rows are its upper triangle, column after column.
+Those of a solver are so to its rounding; `into_dual` makes them so for sure, with the rounding of
+floats counted in. Of a symmetric matrix the rows are its upper triangle, column after column.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _LARGEST_POWER = 600.0
 
 
 def solver_factors(cone: Cone, count: int) -> np.ndarray:
-    """Return what rows ``(count,)`` are multiplied by for the solver, in whose words they are."""
+    """Return the factors of rows ``(count,)`` in the solver's form of the cone."""
     if cone is not Cone.SEMIDEFINITE:
         return np.ones(count)
     i, j = upper_triangle(math.isqrt(2 * count))
@@ -31,7 +31,7 @@ def solver_factors(cone: Cone, count: int) -> np.ndarray:
 
 
 def outside(cone: Cone, rows: np.ndarray) -> float:
-    """Return how far rows are outside of a cone, in their own units, about; 0 inside."""
+    """Return estimates of rows' distances to a cone, in their own units; 0 inside."""
     if cone is Cone.SECOND_ORDER:
         return max(0.0, float(np.linalg.norm(rows[1:])) - float(rows[0]))
     if cone is Cone.SEMIDEFINITE:

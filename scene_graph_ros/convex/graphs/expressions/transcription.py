@@ -29,7 +29,7 @@ _ALONE = {each: frozenset([each]) for each in Transcription}
 
 
 def as_transcriptions(value: Any, label: str) -> frozenset[Transcription]:
-    """Return a set of them. Raises ConvexSetError for an empty one, and for what is none."""
+    """Return a set of them. Raises ConvexSetError for an empty one, and for unknown names."""
     if type(value) is Transcription:
         return _ALONE[value]
     if value is ALL_TRANSCRIPTIONS:

@@ -1,4 +1,4 @@
-"""Check of what vertices and edges are told of: a result of a graph."""
+"""The check of an argument of vertices and edges: a result of a graph."""
 
 from __future__ import annotations
 

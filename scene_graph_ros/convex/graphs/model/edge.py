@@ -42,7 +42,7 @@ _NO_FLOW = 1e-9
 
 
 class _Costly:
-    """What has costs and constraints of the points of some vertices."""
+    """An object with costs and constraints of the points of some vertices."""
 
     _label: ClassVar[str]
 
@@ -84,7 +84,7 @@ class _Costly:
     ) -> Any:
         """Add a number, an affine number or a convex expression; it is returned.
 
-        What is affine must be at least 0 on all of the sets, which is checked when a path is
+        An affine cost must be at least 0 on all of the sets, which is checked when a path is
         asked for. For the restriction alone also a function of the points, of ``xu`` and ``xv`` of
         an edge or ``x`` of a vertex, that returns a number and need not be convex. Raises
         ConvexSetError for an expression of other vertices, or of more than one entry.
@@ -112,8 +112,8 @@ class _Costly:
         """Add an equation or inequality, as ``edge.xu == edge.xv``; it is returned.
 
         Linear ones, ``norm(...) <= ...`` and ``sum_squares(...) <= ...``; for the restriction
-        alone also a `FunctionConstraint`, which need not be convex. Raises ConvexSetError for what
-        is no constraint, or has the points of other vertices.
+        alone also a `FunctionConstraint`, which need not be convex. Raises ConvexSetError for an
+        object that is no constraint, or has the points of other vertices.
         """
         label = f"{self._label}.add_constraint: constraint of {self._name!r}"
         used = as_transcriptions(use_in_transcription, f"{label}: use_in_transcription")
@@ -182,13 +182,13 @@ class _Costly:
         )
 
     def cost_at(self, costs: Sequence[Any], points: dict[int, np.ndarray]) -> float:
-        """Return what some of its costs are at points ``(n,)`` by numbers of vertices."""
+        """Return the sum of some of its costs at points ``(n,)`` by numbers of vertices."""
         return sum((self._cost_at(cost, points) for cost in costs), 0.0)
 
     def _solution_cost(
         self, result: GraphOfConvexSetsResult, cost: Any, default: float | None
     ) -> float | None:
-        """Return what it costs in a result, all of it or one cost; raises for a strange one."""
+        """Return the total cost in a result, or the cost of one term. Raises ConvexSetError."""
         if cost is not None and not any(cost is each for each, _ in self._costs):
             raise ConvexSetError(
                 f"{self._label}.get_solution_cost: cost must be one of {self._name!r}, not"
@@ -293,9 +293,9 @@ class Vertex(_Costly):
         return max(sides, key=lambda side: sum(flow for flow, _ in side))
 
     def get_solution_cost(self, result: GraphOfConvexSetsResult, cost: Any = None) -> float | None:
-        """Return what the vertex, or one of its costs, costs on a path; None beside it.
+        """Return the cost of the vertex, or of one of its terms, on a path; None beside it.
 
-        Of a relaxation without a path, what all flows through it cost.
+        Of a relaxation without a path, the cost of all flows through it.
         """
         costs = checked_result(result, "Vertex.get_solution_cost").vertex_costs
         return self._solution_cost(result, cost, costs.get(self.id))
@@ -332,7 +332,7 @@ class Edge(_Costly):
         name: str,
         phi: dict[int, frozenset[bool]] | None = None,
     ) -> None:
-        """Take where a graph keeps what is asked of all its edges, by their numbers."""
+        """Take the graph's table of constraints on all its edges, by their numbers."""
         super().__init__(number, name)
         self._u, self._v = u, v
         self._phi = {} if phi is None else phi
@@ -362,11 +362,11 @@ class Edge(_Costly):
         return {self._u.id: "edge.xu", self._v.id: "edge.xv"}
 
     def kept_terms(self, used: Transcription, is_first: bool) -> EdgeTerms | None:
-        """Return what `keep_terms` kept; None where costs or constraints were added since."""
+        """Return the terms of `keep_terms`; None where costs or constraints were added since."""
         return self._terms.get(self._moment(used, is_first))
 
     def keep_terms(self, used: Transcription, is_first: bool, terms: EdgeTerms) -> None:
-        """Keep what the edge costs and asks in a transcription, with the vertex it leads to.
+        """Keep the edge's terms in a transcription, with those of the vertex it leads to.
 
         And with the one it leads from, where it is the first of paths.
         """
@@ -398,7 +398,7 @@ class Edge(_Costly):
 
     @property
     def phi_constraints(self) -> frozenset[bool]:
-        """What was asked by `add_phi_constraint`."""
+        """The constraint of `add_phi_constraint`."""
         return self._phi.get(self.id, frozenset())
 
     def get_solution_phi(self, result: GraphOfConvexSetsResult) -> float | None:
@@ -423,9 +423,9 @@ class Edge(_Costly):
         return [(flow, at)]
 
     def get_solution_cost(self, result: GraphOfConvexSetsResult, cost: Any = None) -> float | None:
-        """Return what the edge, or one of its costs, costs on a result's path; None beside it.
+        """Return the cost of the edge, or of one of its terms, on a result's path; None beside it.
 
-        Of a relaxation without a path, what its flow costs: the perspective of the cost.
+        Of a relaxation without a path, the cost of its flow: the perspective of the cost.
         """
         costs = checked_result(result, "Edge.get_solution_cost").edge_costs
         return self._solution_cost(result, cost, costs.get(self.id))

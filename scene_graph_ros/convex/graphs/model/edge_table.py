@@ -1,4 +1,4 @@
-"""The edges of a graph, and what is left of a removal that was interrupted."""
+"""The edges of a graph, and the remainder of a removal that was interrupted."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What one edge costs and asks, of points about the centres of its two sets."""
+"""The terms of one edge, of points about the centres of its two sets."""
 
 from __future__ import annotations
 
@@ -64,14 +64,14 @@ class Part:
 
 
 def sizes_of(most: np.ndarray) -> np.ndarray:
-    """Return what rows are divided by, from what their terms are at most: never 0."""
+    """Return the divisors of rows, from bounds of their terms: never 0."""
     return np.where(most > 0.0, most, 1.0)
 
 
 def sizes_of_costs(layout: Layout, m: np.ndarray, most: np.ndarray) -> np.ndarray:
-    """Return about what edges of a layout cost at most ``(G,)``.
+    """Return estimates of the largest costs of edges of a layout ``(G,)``.
 
-    From the rows' values at the centres and what their terms are at most, ``(G, R)``.
+    From the rows' values at the centres and bounds of their terms, ``(G, R)``.
     """
     slices = layout.slices()
     total: np.ndarray = most[:, slices[layout.rest]][:, 0].copy()
@@ -85,7 +85,7 @@ class EdgeTerms:
     """An edge's cost - atoms and a linear rest - and its constraints.
 
     These are zero, at most zero, or in cones. ``rows`` are of all of them, in the layout's order;
-    ``size`` is what rounding makes of their constants, and ``most`` what their terms are at most,
+    ``size`` bounds their constants for rounding, and ``most`` bounds their terms,
     ``(R,)``. ``packed`` is all of it for kernels.
     """
 
@@ -104,17 +104,17 @@ class EdgeTerms:
 
     @property
     def equations(self) -> Part:
-        """What has to be zero."""
+        """The rows that have to be zero."""
         return self._parts[self.layout.rest + 1]
 
     @property
     def inequalities(self) -> Part:
-        """What has to be at most zero."""
+        """The rows that have to be at most zero."""
         return self._parts[self.layout.rest + 2]
 
     @property
     def cones(self) -> list[Part]:
-        """What has to be in the cones of the layout."""
+        """The rows that have to be in the cones of the layout."""
         return self._parts[self.layout.rest + 3 :]
 
     def cost(self, xu: np.ndarray, xv: np.ndarray) -> float:
@@ -156,11 +156,11 @@ class EdgeTerms:
 
     @property
     def cost_at_most(self) -> float:
-        """About what it costs at most: the size of its cost."""
+        """An estimate of its largest cost: the size of its cost."""
         return float(self.packed.numbers[0])
 
     @functools.cached_property
     def row_sizes(self) -> np.ndarray:
-        """What rows of equations and inequalities are divided by; their terms are as large."""
+        """The divisors of rows of equations and inequalities; their terms are as large."""
         equations, inequalities = self.layout.slices()[self.layout.rest + 1 :][:2]
         return sizes_of(np.concatenate([self.most[equations], self.most[inequalities]]))

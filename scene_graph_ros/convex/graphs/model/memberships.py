@@ -1,4 +1,4 @@
-"""What is asked of a set's variables, as rows of a program; of many sets at once."""
+"""The membership of variables in a set, as rows of a program; of many sets at once."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["Membership", "add_memberships", "membership_of_box"]
 
 
 class Membership(NamedTuple):
-    """Entries of rows, what is added to them, and the variable of a ball's scale or -1."""
+    """Entries of rows, their constants, and the variable of a ball's scale or -1."""
 
     cone: Cone
     i: np.ndarray
@@ -30,7 +30,7 @@ def add_memberships(
     firsts: np.ndarray,
     scales: np.ndarray | None,
 ) -> None:
-    """Ask of variables what their sets ask; of each set the first is given ``(m,)``.
+    """Add the membership of variables in their sets; of each set the first is given ``(m,)``.
 
     The others follow it. Sets are ``scales`` times as large, variables ``(m,)``, where these are
     given.
@@ -72,7 +72,7 @@ def _add_memberships(
 
 @functools.lru_cache
 def membership_of_box(k: int) -> tuple[Membership, ...]:
-    """Return what is asked of k variables from -1 to 1; the same object whenever it is asked."""
+    """Return the membership of k variables from -1 to 1; the same object each time."""
     if not k:
         return ()
     i, j = np.arange(2 * k), np.tile(np.arange(k), 2)

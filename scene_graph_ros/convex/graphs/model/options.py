@@ -23,7 +23,7 @@ __all__ = ["GcsGraphvizOptions", "GraphOfConvexSetsOptions", "as_options"]
 @one_line()
 @dataclass(frozen=True, kw_only=True)
 class GraphOfConvexSetsOptions:
-    """What is solved, and how far. Raises ConvexSetError, which names the option and its value."""
+    """Options of a shortest path problem. Raises ConvexSetError naming option and value."""
 
     convex_relaxation: bool | None = None
     """Whether to solve the relaxation and round it; otherwise paths are searched until the best
@@ -108,7 +108,7 @@ class GraphOfConvexSetsOptions:
 
     @property
     def mixed_integer(self) -> SolverChoice | None:
-        """What solves the exact problem as one program, if that is chosen."""
+        """The solver of the exact problem as one program, if that is chosen."""
         known = {**CONTINUOUS, **MIXED_INTEGER}
         label = "GraphOfConvexSetsOptions: solver"
         chosen = as_choice(self.solver, self.solver_options, label, known)
@@ -116,7 +116,7 @@ class GraphOfConvexSetsOptions:
 
     @property
     def continuous(self) -> SolverChoice | None:
-        """What solves programs without whole numbers; None for the default."""
+        """The solver of programs without whole numbers; None for the default."""
         if self.mixed_integer is not None:
             return None
         label = "GraphOfConvexSetsOptions: solver"
@@ -124,12 +124,12 @@ class GraphOfConvexSetsOptions:
 
     @property
     def of_restriction(self) -> SolverChoice | None:
-        """What solves single paths; None for the default."""
+        """The solver of single paths; None for the default."""
         return self._other("restriction_solver")
 
     @property
     def of_preprocessing(self) -> SolverChoice | None:
-        """What solves programs of flows in preprocessing; None where there are none."""
+        """The solver of programs of flows in preprocessing; None where there are none."""
         if self.preprocessing_solver is None and self.preprocessing_solver_options is None:
             return None
         return self._other("preprocessing_solver")
@@ -148,7 +148,7 @@ class GraphOfConvexSetsOptions:
 @one_line()
 @dataclass(frozen=True, kw_only=True)
 class GcsGraphvizOptions:
-    """What a drawing of a graph shows of a result."""
+    """Options of a drawing of a graph's result."""
 
     show_slacks: bool = True
     """The flow times the points, at each edge."""

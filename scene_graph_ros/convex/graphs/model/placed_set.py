@@ -61,7 +61,7 @@ class PlacedMatrix:
 class PlacedSet:
     """All ``center + S y`` with ``E y = f``, ``A y <= b`` and some of y in balls and matrices.
 
-    ``S`` is ``(n, k)``; y is of size 1, whatever the set's. Every point is within ``half (n,)`` of
+    ``S`` is ``(n, k)``; y is of size 1 for any set. Every point is within ``half (n,)`` of
     the centre along each axis.
     """
 
@@ -130,7 +130,7 @@ class PlacedSet:
     def reach(self, D: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return upper bounds ``(m,)`` of ``d . (x - center)`` for directions ``D (m, n)``.
 
-        And of what they are rounded by ``(m,)``, which isn't in them.
+        And of their rounding ``(m,)``, which isn't in them.
         """
         if self.parts:
             return self._reach_of_parts(D)
@@ -151,7 +151,7 @@ class PlacedSet:
         return np.minimum(values - D @ self.center, sizes), rounding * (offset + sizes)
 
     def _reach_of_parts(self, D: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the sums of what the parts reach, and of what these are rounded by."""
+        """Return the sums of the parts' supports, and of their rounding."""
         values, rounding, first = np.zeros(len(D)), np.zeros(len(D)), 0
         for part in self.parts:
             last = first + len(part.center)
@@ -168,7 +168,7 @@ class PlacedSet:
 
     @functools.cached_property
     def membership(self) -> tuple[Membership, ...]:
-        """What is asked of y; one object for all sets of which the same is asked."""
+        """The membership of y; one object for all sets with the same one."""
         if isinstance(self.of, Hyperrectangle):
             return membership_of_box(self.S.shape[1])
         found = []
@@ -232,7 +232,7 @@ class PlacedSet:
 def nearest_of(
     sets: Sequence[PlacedSet], points: Sequence[np.ndarray]
 ) -> list[tuple[np.ndarray | None, float]]:
-    """Return for each set and point ``(n,)`` what `PlacedSet.nearest` returns."""
+    """Return the answer of `PlacedSet.nearest` for each set and point ``(n,)``."""
     boxes: dict[int, list[int]] = {}
     found: list[tuple[np.ndarray | None, float]] = [(None, 0.0)] * len(sets)
     for k, (placed, x) in enumerate(zip(sets, points, strict=True)):

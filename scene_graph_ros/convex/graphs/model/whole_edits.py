@@ -1,8 +1,8 @@
 """Edits of several objects, as a whole or not at all: an undo log.
 
-Where one assignment can't make an edit happen - a cost for each of many vertices - what undoes it
-is said first, and done where the edit raises or is interrupted. To know that takes as long as what
-is changed, and not as what there is.
+Where one assignment can't make an edit happen - a cost for each of many vertices - its undo
+is said first, and done where the edit raises or is interrupted. To know that takes as long as the
+change, and not as the whole table.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ Undo = Callable[[], None]
 
 
 def as_before(owner: object, names: Iterable[str]) -> Undo:
-    """Return what gives attributes of an object, tables among them, back as they are now."""
+    """Return a function that restores attributes of an object, tables among them."""
     attributes = {name: _copied(getattr(owner, name)) for name in names}
     return functools.partial(vars(owner).update, attributes)
 
 
 def _copied(value: Any) -> Any:
-    """Return a copy of a table, or of a tuple of tables; all else stays what it is."""
+    """Return a copy of a table, or of a tuple of tables; all else is returned as it is."""
     if isinstance(value, tuple) and hasattr(value, "_fields"):
         return type(value)(*map(_copied, value))
     return value.copy() if isinstance(value, list | dict | set) else value
@@ -45,16 +45,16 @@ class WholeEdits:
         """Where that edit is made."""
 
     def settle(self) -> None:
-        """Undo what is left of an edit that was interrupted."""
+        """Undo the remainder of an edit that was interrupted."""
         if self._undos and not self._is_inside():
             for undo in self._undos:
                 undo()
             self._undos = []
 
     def make(self, undos: Callable[[], Iterable[Undo]], edit: Callable[[], T]) -> T:
-        """Make an edit and return what it returns; where it raises, nothing has changed.
+        """Make an edit and return its answer; where it raises, nothing has changed.
 
-        ``undos()`` are what undoes it. An edit inside another is part of that one.
+        ``undos()`` undo it. An edit inside another is part of that one.
         """
         if self._is_inside():
             return edit()
@@ -94,7 +94,7 @@ class WholeEdits:
 
 
 class _Edited(Protocol):
-    """What is edited as a whole."""
+    """An object that is edited as a whole."""
 
     @property
     def _whole_edits(self) -> WholeEdits: ...
@@ -108,7 +108,7 @@ E = TypeVar("E", bound=_Edited)
 def whole_edit(
     method: Callable[Concatenate[E, Arguments], T],
 ) -> Callable[Concatenate[E, Arguments], T]:
-    """Have a method, which changes what its object's ``_undos`` bring back, do all or nothing."""
+    """Have a method, whose changes its object's ``_undos`` bring back, do all or nothing."""
 
     @functools.wraps(method)
     def made(owner: E, *arguments: Arguments.args, **named: Arguments.kwargs) -> T:

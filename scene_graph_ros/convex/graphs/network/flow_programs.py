@@ -19,7 +19,7 @@ def on_disjoint_ways(network: Network, by: SolverChoice) -> np.ndarray:
     For each edge a program of two flows, to its tail and on from its head, which together visit
     no vertex more than once (Marcucci, Petersen, von Wrangel and Tedrake, "Motion planning around
     obstacles with convex optimization", 2023, section V). An edge is left out where weights prove
-    that there are none, whatever the solver says; it stays where the solver fails.
+    that there are none, also against the solver; it stays where the solver fails.
     """
     return np.array(
         [e for e in range(len(network.tails)) if not _is_shut_off(network, e, by)],

@@ -1,4 +1,4 @@
-"""A graph's edges as numbers: what can be on a simple path, and shortest ways along weights."""
+"""A graph's edges as numbers: those on a simple path, and shortest paths along weights."""
 
 from __future__ import annotations
 
@@ -109,8 +109,8 @@ class Network:
 
         An edge is on none where its tail is not reached, its head does not reach the target, every
         way to the tail leads through the head, or every way on from the head through the tail
-        (Lengauer and Tarjan, "A fast algorithm for finding dominators in a flowgraph", 1979, say
-        what dominators are; found as in Cooper, Harvey and Kennedy, "A simple, fast dominance
+        (Lengauer and Tarjan, "A fast algorithm for finding dominators in a flowgraph", 1979, on
+        dominators; found as in Cooper, Harvey and Kennedy, "A simple, fast dominance
         algorithm", 2001). And where it is on no simple path even if edges may be taken either
         way, which the blocks of the graph tell (Hopcroft and Tarjan, "Algorithm 447", 1973). Time
         is nearly linear; some such edges may stay.

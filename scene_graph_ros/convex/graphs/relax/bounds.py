@@ -3,7 +3,7 @@
 Each vertex v has a potential, an affine function h_v of its point. Where every edge costs at
 least ``h_u(x_u) - h_v(x_v) + m_e``, a path costs at least ``h_s(x_s) - h_t(x_t)`` and the sum of
 its ``m_e``; so the shortest way along these weights bounds every path. The weights are bounded in
-turn: each convex cost by one of its affine minorants, and what is then affine by the supports of
+turn: each convex cost by one of its affine minorants, and the affine remainder by the supports of
 the two sets. Rounding is counted against the bound throughout. The potentials are the dual
 variables of the relaxation (Marcucci et al., see `relaxation`); a price for visiting a vertex is
 that of the constraint that it is visited once.
@@ -39,7 +39,7 @@ __all__ = [
 
 @dataclass(frozen=True, eq=False)
 class Potentials:
-    """What a bound is computed from; any numbers give a bound, good ones a good one.
+    """The inputs of a bound; any numbers give a bound, good ones a good one.
 
     ``levels (n,)`` and ``slopes``, ``(k,)`` each, of the vertices; ``visits (n,)`` prices, at
     least 0, of having left a vertex; ``prizes`` of the forced edges; ``weights (r,)`` of all
@@ -132,9 +132,9 @@ def bound_of_relaxation(problem: Problem, relaxed: Relaxed) -> ProvenBound:
 def _passed_on(
     problem: Problem, slopes: Sequence[np.ndarray], below: Minorants
 ) -> list[np.ndarray]:
-    """Give vertices whose edges share all they have the slopes of what is paid from there.
+    """Give vertices whose edges share all they have the slopes of the cost from there.
 
-    Their rows are not in the relaxation, so that it says nothing of them. What their sets reach
+    Their rows are not in the relaxation, so that it says nothing of them. Their sets' support
     is then counted once, at the edge that leads there; their levels are free.
     """
     found, firsts, tails = list(slopes), below.firsts.tolist(), problem.network.tails.tolist()
@@ -170,7 +170,7 @@ def _weights(network: Network, given: Potentials, others: np.ndarray) -> np.ndar
 def _without_levels(problem: Problem, given: Potentials, below: Minorants) -> np.ndarray:
     """Return the same ``(m,)`` where all levels are 0, if costs are at least their minorants.
 
-    What the rounding of levels takes is not counted.
+    The rounding of levels is not counted.
     """
     network = problem.network
     ends = np.column_stack([network.tails, network.heads])
@@ -199,7 +199,7 @@ def _add_prices(
     firsts: np.ndarray,
     to: tuple[np.ndarray, np.ndarray, np.ndarray],
 ) -> None:
-    """Add what prices of cycles of two edges are, to slopes, their rounding and the totals."""
+    """Add prices of cycles of two edges to slopes, their rounding and the totals."""
     if not prices:
         return
     D, off, totals = to

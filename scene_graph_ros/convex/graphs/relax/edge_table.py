@@ -30,8 +30,8 @@ __all__ = ["Columns", "EdgeTable", "Lowered", "Minorants"]
 class Columns(NamedTuple):
     """Which variables of a program edges have, ``(m,)`` each.
 
-    The first of the tail's set, which others follow, and of the head's; and what their terms are
-    scaled by, None where nothing scales them.
+    The first of the tail's set, which others follow, and of the head's; and the divisors of their
+    terms, None where nothing scales them.
     """
 
     tails: np.ndarray
@@ -42,8 +42,8 @@ class Columns(NamedTuple):
 class Minorants(NamedTuple):
     """``a + alpha . (xu - center) + beta . (xv - center)``, below costs at all allowed points.
 
-    ``totals (m, 3)`` are a, what it may be rounded by, and its size. ``slopes`` are alpha and beta
-    of each edge, edge after edge, ``rounding`` what they may be rounded by, and ``firsts (m, 2)``
+    ``totals (m, 3)`` are a, its rounding, and its size. ``slopes`` are alpha and beta
+    of each edge, edge after edge, ``rounding`` their rounding, and ``firsts (m, 2)``
     where the alpha and the beta of an edge begin.
     """
 
@@ -54,14 +54,14 @@ class Minorants(NamedTuple):
 
 
 class Lowered(NamedTuple):
-    """Rows of a program for all edges, of each cone, and what costs are measured in."""
+    """Rows of a program for all edges, of each cone, and the unit of costs."""
 
     rows: tuple[Rows, ...]
     unit: float
 
 
 class EdgeTable(Sequence[EdgeTerms]):
-    """What edges cost and ask."""
+    """The terms of edges."""
 
     def __init__(self, terms: Sequence[EdgeTerms]) -> None:
         self._terms = tuple(terms)
@@ -100,7 +100,7 @@ class EdgeTable(Sequence[EdgeTerms]):
         return found
 
     def costs_at_most(self) -> np.ndarray:
-        """Return about what edges cost at most, ``(m,)``: sizes of their costs."""
+        """Return estimates of edges' largest costs, ``(m,)``: sizes of their costs."""
         return np.array([each.cost_at_most for each in self._terms])
 
     def lower(self, program: ConeProgram, columns: Columns, unit: float) -> Lowered:
@@ -130,7 +130,7 @@ class EdgeTable(Sequence[EdgeTerms]):
         return Lowered(tuple(rows), unit)
 
     def weights(self, solution: ConeSolution, lowered: Lowered) -> np.ndarray:
-        """Return what a solution says that all edges' rows weigh, ``(r,)``, edge after edge."""
+        """Return a solution's multipliers of all edges' rows, ``(r,)``, edge after edge."""
         equations, *others = (solution.dual(rows) for rows in lowered.rows)
         asked = equations, np.concatenate(others), lowered.unit
         return weights_of_edges(*self._packed, len(self), *asked)
@@ -138,7 +138,7 @@ class EdgeTable(Sequence[EdgeTerms]):
     def minorants(self, weights: np.ndarray, with_cost: bool = True) -> Minorants:
         """Return affine functions that are below the costs wherever the constraints hold.
 
-        Whatever the weights: vectors of atoms are made short enough and weights of inequalities
+        With any weights: vectors of atoms are made short enough and weights of inequalities
         taken as 0 where they are negative. Without cost, such that are at most 0 there.
         """
         if self._others:

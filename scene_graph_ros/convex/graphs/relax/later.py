@@ -12,7 +12,7 @@ _Value = TypeVar("_Value")
 
 
 class Once(Generic[_Value]):
-    """What a function returns, which is called once, when it is first asked for."""
+    """The answer of a function, which is called once, when it is first asked for."""
 
     def __init__(self, make: Callable[[], _Value]) -> None:
         self._make: Callable[[], _Value] | None = make
@@ -20,7 +20,7 @@ class Once(Generic[_Value]):
 
     @classmethod
     def of(cls, made: _Value) -> Once[_Value]:
-        """Return what is made already."""
+        """Return a value that is made already."""
         return cls(lambda: made)
 
     def __call__(self) -> _Value:
@@ -30,7 +30,7 @@ class Once(Generic[_Value]):
         return self._made
 
     def __reduce__(self) -> Any:
-        """Travel to other processes as what was made."""
+        """Travel to other processes as the value."""
         return Once.of, (self(),)
 
 
@@ -49,13 +49,13 @@ class Later(Mapping[_Key, _Value]):
         return iter(self._all())
 
     def __len__(self) -> int:
-        """Return how many there are."""
+        """Return the number of entries."""
         return len(self._all())
 
     def __repr__(self) -> str:
-        """Return what it looks like as a dict."""
+        """Return its representation as a dict."""
         return repr(dict(self))
 
     def __reduce__(self) -> Any:
-        """Travel to other processes as what was made."""
+        """Travel to other processes as the values."""
         return dict, (dict(self),)

@@ -1,4 +1,4 @@
-"""The table of what edges cost and ask, from the expressions that were given."""
+"""The table of edges' terms, from the expressions that were given."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _NEGATIVE = 1e-12
 
 
 class EdgeSource(NamedTuple):
-    """What an edge is made of: its costs, its constraints, its two sets with their numbers."""
+    """The parts of an edge: its costs, its constraints, its two sets with their numbers."""
 
     costs: Sequence[Cost]
     constraints: Sequence[Constraint]
@@ -36,7 +36,7 @@ class EdgeSource(NamedTuple):
     label: str
 
     def in_order(self) -> _Ordered:
-        """Return its expressions in the order of a layout's rows, and what they are."""
+        """Return its expressions in the order of a layout's rows, and their kinds."""
         atoms = [atom for cost in self.costs for atom in cost.atoms]
         flat = [c for c in self.constraints if c.cone is None]
         equations = [c.rows for c in flat if c.is_equation]

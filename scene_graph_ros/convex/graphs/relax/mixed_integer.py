@@ -21,7 +21,7 @@ _WHAT = "GraphOfConvexSets.solve_shortest_path: the mixed-integer program"
 def solve_mixed_integer(
     problem: Problem, by: SolverChoice
 ) -> tuple[tuple[int, ...] | None, float]:
-    """Return the edges of the best path, and what the solver says that none costs less than.
+    """Return the edges of the best path, and the solver's lower bound of all costs.
 
     Neither is proven. None where it says that there is no path. Raises SolverError where it fails.
     """

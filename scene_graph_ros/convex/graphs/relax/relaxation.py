@@ -38,7 +38,7 @@ __all__ = ["CyclePrice", "PlacedFunction", "Problem", "Relaxed", "program_of", "
 class Problem:
     """A shortest path problem: a network, its sets, and the terms of its edges.
 
-    ``forced`` are edges that every path has to take. ``unit`` is what costs are measured in.
+    ``forced`` are edges that every path has to take. ``unit`` is the unit of costs.
     ``functions`` are costs and constraints of edges that need not be convex; of them the
     restriction alone knows. Programs are solved by ``solver``, by Clarabel if it is None.
     """
@@ -65,14 +65,14 @@ class PlacedFunction(NamedTuple):
     takes_v: bool
 
     def at(self, xu: np.ndarray, xv: np.ndarray) -> Any:
-        """Return what the term does at points ``(n,)``."""
+        """Return the value of the term at points ``(n,)``."""
         numbers = [k for k, takes in enumerate((self.takes_u, self.takes_v)) if takes]
         return self.term.at({0: xu, 1: xv}, numbers)
 
 
 @dataclass(frozen=True, eq=False)
 class CyclePrice:
-    """What the relaxation's solution says of a cycle of two edges: ``level + slope . x``.
+    """The relaxation's price of a cycle of two edges: ``level + slope . x``.
 
     About the centre of its vertex's set, in which it is at least 0 to rounding of the solver.
     """
@@ -84,7 +84,7 @@ class CyclePrice:
 
 @dataclass(frozen=True, eq=False)
 class Relaxed:
-    """What the relaxation's solution says; none of it is proven.
+    """The relaxation's solution; none of it is proven.
 
     ``flows (m,)``; ``points`` are the flow times the point, of each edge, less the centre, of all
     tails and of all heads; ``levels (n,)`` and ``slopes`` ``(k,)`` of each vertex are its
@@ -121,7 +121,7 @@ def program_of(problem: Problem) -> tuple[ConeProgram, np.ndarray]:
 
 
 class _Relaxation:
-    """The program, and which of its rows is what."""
+    """The program, and the meaning of its rows."""
 
     def __init__(self, problem: Problem, cycles: Sequence[TwoCycle]) -> None:
         self._problem, self._cycles = problem, cycles
@@ -210,9 +210,9 @@ class _Relaxation:
         self._visits = self._program.add_entries(Cone.NONNEGATIVE, entries, ones)
 
     def _part_cycles(self) -> None:
-        """Ask that what came by an edge leaves by another than the one back.
+        """Ask that flow by an edge leaves by another than the one back.
 
-        Of a cycle of two edges, what leaves on other edges less what came by this one is a flow
+        Of a cycle of two edges, the flow out on other edges less that of this one is a flow
         with its point, of the vertex's set (Marcucci et al., section 5.3).
         """
         network, program = self._problem.network, self._program

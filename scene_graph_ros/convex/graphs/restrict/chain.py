@@ -40,7 +40,7 @@ class Chained(NamedTuple):
 
 
 class Placed(NamedTuple):
-    """Points of the sets, what they cost, and by how much they break a set or a constraint.
+    """Points of the sets, their cost, and their largest violation of a set or constraint.
 
     Relative to the sizes of their terms.
     """
@@ -70,7 +70,7 @@ class Chain:
     ) -> Chained | None:
         """Return the best points and their bound; None where the method did not find them.
 
-        Costs are measured in ``unit``, in what the edges cost at most where it is 0. ``end`` is a
+        Costs are measured in ``unit``, in the edges' largest cost where it is 0. ``end`` is a
         potential at the last point, level and slope ``(n,)``, which is added.
         """
         if not self.is_known:

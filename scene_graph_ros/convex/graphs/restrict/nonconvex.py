@@ -33,7 +33,7 @@ _STEP = 6e-6
 def functions_at(
     functions: Sequence[PlacedFunction], xu: np.ndarray, xv: np.ndarray
 ) -> tuple[float, float]:
-    """Return what functions cost at points, and by how much bounds are broken at most."""
+    """Return the cost of functions at points, and their largest violation of bounds."""
     cost, worst = 0.0, 0.0
     for each in functions:
         value = each.at(xu, xv)
@@ -80,7 +80,7 @@ search that is lost from one point may end well from the next."""
 
 
 class _Program:
-    """Variables of all sets behind one another, and what is asked of them."""
+    """Variables of all sets behind one another, and their constraints."""
 
     def __init__(self, problem: Problem, path: Sequence[int]) -> None:
         network = problem.network
@@ -163,7 +163,7 @@ class _Program:
             row[self._slices[j]] += along @ self._sets[j].S
 
     def _of_sets(self) -> tuple[list[Differentiable], list[Differentiable]]:
-        """Return what sets ask: equations, and what is to be at least 0."""
+        """Return the constraints of sets: equations, and values to be at least 0."""
         equal: list[Differentiable] = []
         least: list[Differentiable] = []
         for placed, at in zip(self._sets, self._slices, strict=True):
@@ -187,7 +187,7 @@ class _Program:
         equal: list[Differentiable],
         least: list[Differentiable],
     ) -> None:
-        """Add what an edge's own convex constraints ask."""
+        """Add an edge's own convex constraints."""
         sizes = terms.row_sizes
         split = len(terms.equations.m)
         for found, part, sign, size in (

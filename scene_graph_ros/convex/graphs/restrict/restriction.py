@@ -33,8 +33,8 @@ _GAP = 1e-8
 class Restricted:
     """The best points of a path, ``(n,)`` for each vertex; none where constraints can't be kept.
 
-    ``lower_bound`` is proven; ``violation`` is what sets and constraints are broken by, relative
-    to the sizes of their terms.
+    ``lower_bound`` is proven; ``violation`` is the largest violation of sets and constraints,
+    relative to the sizes of their terms.
     """
 
     cost: float
@@ -110,7 +110,7 @@ def bound_of_prefix(problem: Problem, path: Sequence[int], end: tuple[float, np.
 def best_of_chain(chain: Chain, unit: float = 0.0) -> Restricted | None:
     """Return the best points of a path, as `restrict` does; None where they are not found.
 
-    Costs are measured in ``unit``, in what the edges cost at most where it is 0; and in what was
+    Costs are measured in ``unit``, in the edges' largest cost where it is 0; and in the cost
     found, if that leaves a gap.
     """
     best = _once(chain, unit)

@@ -1,4 +1,4 @@
-"""What an edge's sets, costs and constraints leave of its two points: a polyhedron around it."""
+"""A polyhedron around the two points of an edge, from its sets, costs and constraints."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class EdgePlanes:
 
     @functools.cached_property
     def _cost(self) -> tuple[np.ndarray, float]:
-        """Return the cost as a row and a constant, with what is beneath its convex functions."""
+        """Return the cost as a row and a constant, with minorants of its convex functions."""
         row, constant = np.zeros(self._size), 0.0
         row[self._first_atom :] = 1.0
         for cost in self._costs:
@@ -167,7 +167,7 @@ class EdgePlanes:
         return found
 
     def _most(self, rows: Rows, d: np.ndarray) -> float:
-        """Return how far rows reach along d; -infinite where they leave nothing."""
+        """Return the support of rows along d; -infinite where they leave nothing."""
         if not rows:
             return math.inf if d.any() else 0.0
         kept = HPolyhedron(np.array([r for r, _ in rows]), np.array([b for _, b in rows]))
@@ -194,7 +194,7 @@ class EdgePlanes:
         return self._most(self._polyhedron(self._all, boxes), d) + constant
 
     def check_cost(self, boxes: Mapping[int, tuple[np.ndarray, np.ndarray]]) -> None:
-        """Raise ConvexSetError where what is linear of the cost may be below 0."""
+        """Raise ConvexSetError where the linear part of the cost may be below 0."""
         row, constant = self._cost
         linear = row.copy()
         linear[self._first_atom :] = 0.0

@@ -1,9 +1,9 @@
 """Best-first search of paths forward from the source, with a proven gap.
 
 As in Chia, Jiang, Graesdal, Kaelbling and Tedrake, "GCS*: Forward heuristic search on implicit
-graphs of convex sets", 2024, but that what is pruned counts in the bound, where they compare what
-is reached. What a start of a path and all its continuations cost is bounded by a convex program
-over the start's points with the heuristic at its end.
+graphs of convex sets", 2024, but that pruned paths count in the bound, where they compare the
+points reached. The cost of a start of a path and all its continuations is bounded by a convex
+program over the start's points with the heuristic at its end.
 """
 
 from __future__ import annotations
@@ -151,7 +151,7 @@ class ForwardSearch:
             self._found = _Found(path, best)
 
     def _cost_ahead(self, v: Vertex) -> Cost | None:
-        """Return what the heuristic says of a vertex."""
+        """Return the heuristic's cost of a vertex."""
         if self._heuristic is None:
             return None
         if v.id not in self._ahead:
@@ -165,7 +165,7 @@ class ForwardSearch:
         return self._ahead[v.id]
 
     def _least(self, path: Path, ahead: Cost | None) -> float:
-        """Return a bound of what a start costs, with what its heuristic says at its end."""
+        """Return a lower bound of a start's cost, with its heuristic at its end."""
         terms = self._terms_of(path, ahead)
         chained = None if self._options.of_restriction else self._chain(path, terms).solve()
         if chained is not None:
@@ -180,7 +180,7 @@ class ForwardSearch:
         return best or restrict(self._problem(path, terms), range(len(path)))
 
     def _terms_of(self, path: Path, ahead: Cost | None) -> list[EdgeTerms]:
-        """Return what edges cost, with what the heuristic adds at the end."""
+        """Return the terms of edges, with those of the heuristic at the end."""
         for edge in path:
             if edge.id not in self._terms:
                 self._terms[edge.id] = terms_of_edge(edge, self._source)

@@ -1,4 +1,4 @@
-"""What is told of a path that was found, or of none."""
+"""The answer about a path that was found, or about none."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def no_path(reason: str) -> GraphOfConvexSetsResult:
 def costs_at(
     parts: Sequence[Vertex | Edge], points: dict[int, np.ndarray], used: Transcription
 ) -> Mapping[int, float]:
-    """Return what edges or vertices cost at points by numbers of vertices, by their numbers."""
+    """Return the costs of edges or vertices at points, by their numbers."""
     now = [(part, part.get_costs(used)) for part in parts]
     return Later(lambda: {part.id: part.cost_at(costs, points) for part, costs in now})
 
@@ -41,7 +41,7 @@ def with_points(
     used: Transcription,
     others: dict[str, Any],
 ) -> GraphOfConvexSetsResult:
-    """Return a path, its points and what its parts cost, with what ``others`` say."""
+    """Return a path, its points and its parts' costs, with the fields of ``others``."""
     path = [edges[e] for e in found.path]
     visited = [path[0].u, *(e.v for e in path)]
     points = dict(zip((v.id for v in visited), found.best.points, strict=True))
@@ -61,7 +61,7 @@ def with_points(
 def relaxation_answer(
     edges: Sequence[Edge], problem: Problem, relaxed: Relaxed, proven: ProvenBound
 ) -> RelaxationAnswer:
-    """Return what a relaxation says of edges."""
+    """Return a relaxation's answer about edges."""
     numbers = [e.id for e in edges]
     flows = np.clip(relaxed.flows, 0.0, 1.0)
     centers = [
@@ -85,7 +85,7 @@ def relaxation_answer(
 
 
 class PathAnswer:
-    """What is told of a relaxation, and of the path that came of it."""
+    """The answer of a relaxation, and of the path that came of it."""
 
     def __init__(
         self,
@@ -123,7 +123,7 @@ class PathAnswer:
     def of_mixed_integer(
         self, name: str, found: Incumbent | None, bound: float
     ) -> GraphOfConvexSetsResult:
-        """Return a solver's path with the relaxation's bound, and with what the solver says."""
+        """Return a solver's path with the relaxation's bound, and with the solver's bound."""
         others = {**self._common, "lower_bound": self._proven.value, "solver_bound": bound}
         if found is None:
             reason = f"solver {name!r} says that no path keeps the constraints; it is not proven"

@@ -1,13 +1,12 @@
 """How far paths reach in unbounded sets: boxes that hold all points of paths up to a cost.
 
-An edge of such a path costs no more than the path, as no other part costs less than nothing. What
-that and the constraints leave of its two points lies in a polyhedron: rows are taken as they are,
-and curved functions by planes beneath them. Supports of the polyhedra bound each vertex by what is
-before it on all edges that lead there, and by what is behind it (bounds tightening, as in
-Gleixner, Berthold, Müller and Weltge, "Three enhancements for optimization-based bound
-tightening", 2017).
-Where vertices are on circles, the cost itself is spread: no coordinate changes by more than a
-multiple of what the path costs and the edges' remainders.
+An edge of such a path costs no more than the path, as no other part costs less than nothing. The
+part of its two points that this and the constraints leave lies in a polyhedron: rows are taken as
+they are, and curved functions by planes beneath them. Supports of the polyhedra bound each vertex
+by the edges before it, on all edges that lead there, and by those behind it (bounds tightening, as
+in Gleixner, Berthold, Müller and Weltge, "Three enhancements for optimization-based bound
+tightening", 2017). Where vertices are on circles, the cost itself is spread: no coordinate changes
+by more than a multiple of the path's cost and the edges' remainders.
 """
 
 from __future__ import annotations
@@ -58,7 +57,7 @@ def own_extent(of: ConvexSet) -> Box:
 
 
 def _widened(box: Box) -> Box:
-    """Return a box with room for what its bounds are rounded by."""
+    """Return a box with room for its bounds' rounding."""
     low, high = box
     finite = np.concatenate([low[np.isfinite(low)], high[np.isfinite(high)]])
     room = _ROUNDING * float(np.abs(finite).max(initial=0.0))
@@ -132,7 +131,7 @@ def _sweep(
     into: dict[int, list[EdgePlanes]],
     out: dict[int, list[EdgePlanes]],
 ) -> None:
-    """Narrow endless boxes by what is before and behind them, until nothing changes."""
+    """Narrow endless boxes by those before and behind them, until nothing changes."""
     source, target = ends
     for sweep in range(_MOST_SWEEPS):
         changed = False
@@ -156,7 +155,7 @@ def _sweep(
 
 
 def _reach(way: _Way, k: int, sign: float, boxes: dict[int, Box]) -> float:
-    """Return how far a coordinate reaches over all edges of a way."""
+    """Return a coordinate's range over all edges of a path."""
     most = -math.inf
     for planes in way.edges:
         most = max(most, planes.reach(boxes, {(way.end, k): sign}))
@@ -171,7 +170,7 @@ def _spread_cost(
     planes: Sequence[EdgePlanes],
     limit: float,
 ) -> None:
-    """Bound each coordinate by that of source and target and what a path's cost can move it."""
+    """Bound each coordinate by that of source and target and by a path's cost."""
     sizes = {len(box[0]) for box in boxes.values()}
     if len(sizes) > 1:
         return

@@ -1,4 +1,4 @@
-"""What is solved for a path: vertices and edges as a network, each with the terms it costs."""
+"""The problem of a path: vertices and edges as a network, each with its terms."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def _is_function(term: Any) -> bool:
 
 
 def terms_of_edge(edge: Edge, source: Vertex, more: Sequence[Cost] = ()) -> EdgeTerms:
-    """Return what an edge and the vertex it leads to cost, and the source where it leads there.
+    """Return the terms of an edge and the vertex it leads to, and the source where it leads there.
 
     And ``more`` costs beside them. Of functions nothing is in them.
     """
@@ -113,14 +113,14 @@ def _table(
     used: Transcription,
     places: Mapping[int, PlacedSet] | None,
 ) -> EdgeTable:
-    """Return the table of edges; what was made of them before is kept by them."""
+    """Return the table of edges; they keep the terms that were made before."""
     if places is not None:
         return table_of([_source(edge, source, used, places) for edge in edges])
     return EdgeTable(kept_terms(edges, source, used))
 
 
 def _new_terms(edges: Sequence[Edge], source: Vertex, used: Transcription) -> EdgeTable:
-    """Return what edges cost and ask, which they keep."""
+    """Return the terms of edges, which they keep."""
     made = table_of([_source(edge, source, used, None) for edge in edges])
     for edge, terms in zip(edges, made, strict=True):
         edge.keep_terms(used, edge.u is source, terms)
@@ -128,7 +128,7 @@ def _new_terms(edges: Sequence[Edge], source: Vertex, used: Transcription) -> Ed
 
 
 def kept_terms(edges: Sequence[Edge], source: Vertex, used: Transcription) -> list[EdgeTerms]:
-    """Return what edges cost and ask in a transcription; what was made before is kept by them."""
+    """Return the terms of edges in a transcription; they keep those that were made before."""
     kept = [edge.kept_terms(used, edge.u is source) for edge in edges]
     new = [k for k, terms in enumerate(kept) if terms is None]
     if new:
@@ -145,10 +145,10 @@ def problem_of(
     like: tuple[Problem, Transcription] | None = None,
     places: Mapping[int, PlacedSet] | None = None,
 ) -> Problem:
-    """Return a problem of these edges alone, with costs in units of what a path may cost.
+    """Return a problem of these edges alone, with costs in units of a path's possible cost.
 
     ``within`` has their places and those of the vertices.
-    ``like`` is one of the same edges in another transcription: what is the same is its.
+    ``like`` is one of the same edges in another transcription: equal parts are shared.
     ``places`` are bounded sets by the numbers of vertices, in place of their own.
     """
     if like is not None and like[1] is used:

@@ -1,4 +1,4 @@
-"""What a shortest path problem is answered with."""
+"""The result of a shortest path problem."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["GraphOfConvexSetsResult", "PathBound"]
 @one_line()
 @dataclass(frozen=True, eq=False)
 class PathBound:
-    """What shows a lower bound: a potential for each vertex, multipliers for each edge."""
+    """The proof of a lower bound: a potential for each vertex, multipliers for each edge."""
 
     value: float
     problem: Problem
@@ -32,7 +32,7 @@ class PathBound:
 
 @dataclass(frozen=True, eq=False)
 class RelaxationAnswer:
-    """What the relaxation says: its cost, flows and points by the numbers of edges, its bound.
+    """The relaxation's answer: its cost, flows and points by the numbers of edges, its bound.
 
     ``phi_xu`` and ``phi_xv`` ``(n,)`` are the flow times the points of an edge. The cost is the
     solver's word; the bound is proven.
@@ -51,14 +51,14 @@ _NO_RELAXATION = Once.of(RelaxationAnswer())
 @one_line()
 @dataclass(frozen=True, eq=False)
 class GraphOfConvexSetsResult:
-    """A path with its points, and what no path is below.
+    """A path with its points, and a lower bound of all paths.
 
     ``path`` are the numbers of its edges and ``vertices`` of its vertices; ``points`` ``(n,)`` for
     each of them. ``cost`` is that of the points, infinite without a path; ``reason`` says why
     there is none, or why the search ended. ``flows``, ``phi_xu`` and ``phi_xv`` are the
-    relaxation's, by the numbers of edges, and ``transcription`` what it was made of; where a path
+    relaxation's, by the numbers of edges, and ``transcription`` its form; where a path
     was found without one it is solved when one of them is first read.
-    ``solver_bound`` is what a mixed-integer solver says that no path is below: not proven.
+    ``solver_bound`` is a mixed-integer solver's lower bound of all paths: not proven.
     """
 
     is_success: bool
@@ -95,12 +95,12 @@ class GraphOfConvexSetsResult:
 
     @property
     def relaxation_cost(self) -> float:
-        """What the relaxation costs, as the solver says; NaN where there is none."""
+        """The relaxation's cost, by the solver; NaN where there is none."""
         return self.relaxation().cost
 
     @property
     def relaxation_bound(self) -> PathBound | None:
-        """What shows the relaxation's bound of all paths."""
+        """The proof of the relaxation's bound of all paths."""
         return self.relaxation().bound
 
     @property

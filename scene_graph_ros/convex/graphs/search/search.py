@@ -1,10 +1,10 @@
 """Best-first search of paths with proven bounds: exact, without integer programs.
 
 A* over starts of paths (as in Chia, Jiang, Graesdal, Kaelbling and Tedrake, "GCS*: Forward
-heuristic search on implicit graphs of convex sets", 2024). What a start and all its continuations
-cost is bounded by a convex program over its own points, in which the last vertex's potential takes
-the place of the rest. Potentials are those of the relaxation, so that little is searched where it
-is tight.
+heuristic search on implicit graphs of convex sets", 2024). The cost of a start and all its
+continuations is bounded by a convex program over its own points, in which the last vertex's
+potential takes the place of the rest. Potentials are those of the relaxation, so that little is
+searched where it is tight.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Incumbent:
 
 @dataclass(frozen=True, eq=False)
 class Searched:
-    """The best path found, if any, what no path is below, and how many programs it took."""
+    """The best path found, if any, a lower bound of all paths, and the number of programs."""
 
     found: Incumbent | None
     lower_bound: float
@@ -139,7 +139,7 @@ class _Search:
         return [network.source, *(int(network.heads[e]) for e in path)]
 
     def _rest(self, path: Sequence[int], left: float) -> float:
-        """Return a bound of what follows a start, less its last potential."""
+        """Return a bound of the cost behind a start, less its last potential."""
         behind = self._vertices(path)[:-1]
         visits = self._proven.visits
         forced = [

@@ -64,14 +64,14 @@ _MANY = 0.5
 
 
 def _used(options: GraphOfConvexSetsOptions) -> tuple[Transcription, Transcription]:
-    """Return what the whole graph and what single paths are made of."""
+    """Return the transcriptions of the whole graph and of single paths."""
     if options.convex_relaxation:
         return Transcription.RELAXATION, Transcription.RESTRICTION
     return Transcription.MIP, Transcription.MIP
 
 
 def _has_surrogates(edges: Sequence[Edge]) -> bool:
-    """Tell whether a relaxation has what paths need not keep, so that they may cost less."""
+    """Tell whether a relaxation has constraints that paths need not keep."""
     parts = {id(part): part for e in edges for part in (e, e.u, e.v)}
     of = (Transcription.RELAXATION, Transcription.RESTRICTION)
     return any(
@@ -165,8 +165,8 @@ def _solve(
 ) -> GraphOfConvexSetsResult:
     """Return the shortest path along edges that lead to the target, of bounded sets.
 
-    ``within`` has the places of vertices and edges; ``transcriptions`` are what the whole graph
-    and single paths are made of; ``places`` are sets in place of the vertices' own.
+    ``within`` has the places of vertices and edges; ``transcriptions`` are those of the whole
+    graph and of single paths; ``places`` are sets in place of the vertices' own.
     """
     whole, single = transcriptions
     problem = problem_of(vertices, used, within, whole, None, places)
@@ -260,11 +260,11 @@ def _round(
 ) -> tuple[Incumbent | None, int, str]:
     """Return the best of the path with the most flow and of some that are drawn from the flows.
 
-    And how many were tried, and a failure. What was ``tried`` before is not solved again. No more
-    are once one costs what is proven that all do, and at most ``at_most``, if that is less than
-    what the options say.
+    And how many were tried, and a failure. Paths that were ``tried`` before are not solved again.
+    No more are once one costs the proven bound of all, and at most ``at_most``, if that is less
+    than the options' gap.
 
-    A failure is what the solver said of one of them that it did not solve, else empty.
+    A failure is the solver's status of one of them that it did not solve, else empty.
     """
     given = options.max_rounded_paths
     most = _ROUNDED_PATHS if given is None else given

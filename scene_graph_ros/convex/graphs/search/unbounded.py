@@ -1,6 +1,6 @@
 """Paths through unbounded sets: boxes for these, in which paths are then sought as elsewhere.
 
-What a path costs bounds its points, and so do constraints (`path_extents`). The cost is that of
+A path's cost bounds its points, and so do constraints (`path_extents`). The cost is that of
 some path, which is sought in boxes that are guessed. Paths that leave the boxes which follow cost
 more than it, so that the bound of those inside holds for all of them.
 """
@@ -59,7 +59,7 @@ def solve_in_boxes(
     used: frozenset[Transcription],
     solve: Solve,
 ) -> GraphOfConvexSetsResult:
-    """Return what ``solve`` says of the sets in boxes, with a bound that holds beyond them.
+    """Return the answer of ``solve`` for the sets in boxes, with a bound that holds beyond them.
 
     It takes vertices, edges, bounded sets, and whether any path will do. Where nothing bounds a
     set, paths in guessed boxes count if they keep away from the sides; their bound is 0. So it is
@@ -126,7 +126,7 @@ def _placed(vertex: Vertex, box: Box) -> PlacedSet | None:
 
 
 def _within(of: ConvexSet, box: Box) -> ConvexSet:
-    """Return what a set has in common with a box: of a product set by set, flat sets as rows.
+    """Return the intersection of a set and a box: of a product set by set, flat sets as rows.
 
     Only where the set itself goes on for ever: rows that nearly repeat its own would cost digits.
     """
@@ -160,7 +160,7 @@ def _in_boxes(
     ends: Sequence[Vertex],
     boxes: Mapping[int, Box],
 ) -> tuple[list[Vertex], list[Edge], Places]:
-    """Return what is left of a graph in boxes, source and target at least, and its sets."""
+    """Return the part of a graph in boxes, source and target at least, and its sets."""
     placed = {vertex.id: _placed(vertex, boxes[vertex.id]) for vertex in vertices}
     places = {number: each for number, each in placed.items() if each is not None}
     for vertex in ends:
@@ -193,7 +193,7 @@ def _guessed(
 
 
 def _size(boxes: Mapping[int, Box]) -> float:
-    """Return how far apart finite bounds of a coordinate are at most, or 1."""
+    """Return the largest distance of finite bounds of a coordinate, or 1."""
     size = 0.0
     for n in {len(low) for low, _ in boxes.values()}:
         sides = np.array([side for box in boxes.values() for side in box if len(side) == n])
@@ -222,7 +222,7 @@ def _some_path(
     boxes: Mapping[int, Box],
     solve: Solve,
 ) -> GraphOfConvexSetsResult:
-    """Return a path, the first that is found in guessed boxes; else what was said of the last.
+    """Return a path, the first that is found in guessed boxes; else the last answer.
 
     Rounded paths may all break constraints that others keep: these are searched then.
     """
@@ -247,7 +247,7 @@ def _some_path(
 def _without_path(
     vertices: Sequence[Vertex], boxes: Mapping[int, Box], found: GraphOfConvexSetsResult
 ) -> GraphOfConvexSetsResult:
-    """Return what was said of the largest guessed boxes, with a bound that holds beyond them."""
+    """Return the answer in the largest guessed boxes, with a bound that holds beyond them."""
     endless = _endless(vertices, boxes)
     assert endless is not None
     said = (

@@ -1,7 +1,7 @@
 """Polynomials that are to be weighted sums of squares, at the least cost.
 
 For programs of many small Gram matrices, by a method that is written for them; `ConeProgram` is
-for others. What is found are floats that prove nothing.
+for others. Answers are floats that prove nothing.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class WeightedSquares:
 
     ``x (f,)``; of each part of the program ``grams (p, r, m, m)``, which are positive definite.
     The identities are off by ``residual``. No cost, with that of traces, is below ``bound``, but
-    for what the moments are off by from which it is.
+    for the residual of its moments.
     """
 
     is_solved: bool
@@ -124,7 +124,7 @@ def minimize_over_squares(
 
 
 def _table(rows: NDArray[np.float64], parts: Sequence[Identities], f: int) -> GroupTable:
-    """Return where everything is that a group has."""
+    """Return the table of a group's indices."""
     groups = []
     base = shift = moment = gram = system = 0
     for each in parts:

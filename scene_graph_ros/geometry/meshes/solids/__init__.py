@@ -1,1 +1,1 @@
-"""What triangles enclose: parts, cavities and sheets, repaired, united and reported."""
+"""The solids that triangles enclose: parts, cavities and sheets, repaired, united and reported."""

@@ -1,1 +1,1 @@
-"""Contacts from many starts, for what nothing proves."""
+"""Contacts from many starts, for pairs that nothing proves."""

@@ -1,1 +1,1 @@
-"""Our own renderer: depth and label exact, object by object, colour of what is visible."""
+"""Our own renderer: depth and label exact, object by object, colour of visible surfaces."""

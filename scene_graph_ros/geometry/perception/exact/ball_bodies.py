@@ -21,7 +21,7 @@ _OF_COVER = ("alpha", "is_transparent", "repeats", "picture", "first")
 
 
 def taken(bodies: Bodies, cover: Cover, rows: NDArray[np.int64]) -> tuple[Bodies, Cover]:
-    """Return some rows, new arrays of them; what they share is that of the former."""
+    """Return some rows, new arrays of them; shared parts are those of the former."""
     return (
         bodies._replace(**{name: getattr(bodies, name)[rows] for name in _OF_BODIES}),
         cover._replace(**{name: getattr(cover, name)[rows] for name in _OF_COVER}),

@@ -245,7 +245,7 @@ def _painted(
 
 
 def place_bodies(snapshot: Snapshot, table: BodyTable) -> tuple[Bodies, Cover]:
-    """Return the bodies of a table where they are in a snapshot, and what covers them.
+    """Return the bodies of a table where they are in a snapshot, and their covers.
 
     A cloud is as many bodies as it has balls, or none.
     """

@@ -1,4 +1,4 @@
-"""The colour image of a view: what is opaque first, then what is seen through it."""
+"""The colour image of a view: opaque surfaces first, then those seen through others."""
 
 from __future__ import annotations
 

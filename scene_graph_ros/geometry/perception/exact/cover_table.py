@@ -57,7 +57,7 @@ class _Pictures:
 def cover_of(
     records: Sequence[GeometryRecord], looks: Sequence[Appearance], alpha: NDArray[np.float64]
 ) -> Cover:
-    """Return what covers the bodies of these records, whose appearances are ``looks``.
+    """Return the covers of the bodies of these records, whose appearances are ``looks``.
 
     ``alpha`` (n,) is that of their own colours.
     """

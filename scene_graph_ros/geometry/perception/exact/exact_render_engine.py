@@ -30,11 +30,11 @@ __all__ = ["ExactRenderEngine"]
 @one_line()
 @dataclass(frozen=True, slots=True)
 class ExactRenderEngine:
-    """Depth and label of what is really there: every shape by its equation, meshes watertight.
+    """Depth and label of the true shapes: every shape by its equation, meshes watertight.
 
-    One pass finds what each pixel sees, for all kinds of images. Colour is Lambert's law with one
-    white light along the camera's axis, without shadows. Depth and label take what is transparent
-    for opaque.
+    One pass finds the body of each pixel, for all kinds of images. Colour is Lambert's law with
+    one white light along the camera's axis, without shadows. Depth and label take transparent
+    bodies for opaque.
     """
 
     default_diffuse: Rgba = DIFFUSE

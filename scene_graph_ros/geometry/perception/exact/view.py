@@ -1,4 +1,4 @@
-"""What one camera sees of one snapshot, before it becomes images: depths are not rounded yet."""
+"""One camera's view of one snapshot, before it becomes images: depths are not rounded yet."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def look(
     X_WS: NDArray[np.float64],
     diffuse: tuple[float, float, float, float],
 ) -> View:
-    """Return what a sensor at ``X_WS`` sees; ``diffuse`` is the colour of bodies without one.
+    """Return the view of a sensor at ``X_WS``; ``diffuse`` is the colour of bodies without one.
 
     Raises MeshError for a mesh of too many triangles.
     """

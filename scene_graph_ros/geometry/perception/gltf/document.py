@@ -1,4 +1,4 @@
-"""What a camera sees, as a glTF 2.0 document: bodies with materials, and the camera as a node.
+"""A camera's view as a glTF 2.0 document: bodies with materials, and the camera as a node.
 
 The world's z axis is up; a root node turns it to glTF's, which is y. Binary data and pictures are
 in the document, as data addresses.

@@ -20,7 +20,7 @@ _MOST_TEXT = 2000
 
 
 def checked_url(base_url: object, render_endpoint: object) -> urllib.parse.SplitResult:
-    """Return where to ask. Raises EngineError for what is no address of an HTTP server."""
+    """Return the checked address. Raises EngineError unless it is that of an HTTP server."""
     try:
         if not isinstance(base_url, str) or not isinstance(render_endpoint, str):
             raise ValueError("must be text")  # noqa: TRY004 - it becomes an EngineError
@@ -49,8 +49,8 @@ def post(
 ) -> bytes:
     """Return a server's answer to a form with a scene, of at most ``limit`` bytes.
 
-    All of it is done within ``timeout`` seconds. Raises EngineError, with the address and what the
-    server says, for an answer that tells of an error, is too large or too late, or for none.
+    All of it is done within ``timeout`` seconds. Raises EngineError, with the address and the
+    server's text, for an answer that tells of an error, is too large or too late, or for none.
     """
     end = time.monotonic() + timeout
     digest = hashlib.sha256(scene).hexdigest()

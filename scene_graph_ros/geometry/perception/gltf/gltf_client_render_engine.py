@@ -45,9 +45,9 @@ class GltfClientRenderEngine:
     """Images by a server: each kind is a POST of the scene as glTF and of the camera as a form.
 
     The server answers with an image of the camera's size: PNG for colour and label, TIFF for
-    depth. What it does not know is refused by name, and so is an answer that is late, too large or
-    no such image: EngineError then, with the address. Nothing is asked before an image is.
-    docs/cameras.md has the form's fields.
+    depth. Shapes that it does not know are refused by name, and so is an answer that is late, too
+    large or no such image: EngineError then, with the address. Nothing is asked before an image
+    is. docs/cameras.md has the form's fields.
     """
 
     base_url: str = "http://127.0.0.1:8000"

@@ -25,7 +25,7 @@ class LightParameter:
     """A light. Of intensity 1, it lights a white surface that faces it to full white.
 
     A "point" light and a "spot" do so at a distance of 1 m, and fall off with the square of the
-    distance. A spot lights what is within ``cone_angle``, radians, of its ``direction``, the way
+    distance. A spot lights points within ``cone_angle``, radians, of its ``direction``, the way
     that light takes, softer towards the edge. ``position`` (m) and ``direction`` are in ``frame``:
     the "world", or the "camera", whose axes are those of images: x right, y down, z ahead.
 

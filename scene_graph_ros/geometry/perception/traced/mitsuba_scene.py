@@ -1,4 +1,4 @@
-"""What a camera sees, as a scene of Mitsuba's: everything in the sensor's frame S.
+"""A camera's view as a scene of Mitsuba's: everything in the sensor's frame S.
 
 Mitsuba counts in single precision. Seen from the sensor, positions are small and keep their
 digits, wherever in the world all of it is. Colours are turned from sRGB into linear light, in

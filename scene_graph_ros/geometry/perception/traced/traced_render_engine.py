@@ -145,7 +145,7 @@ class TracedRenderEngine:
         return images._replace(color=self._levels(light))
 
     def _levels(self, light: NDArray[np.float64]) -> NDArray[np.uint8]:
-        """Return the image, with the clear colour behind what is traced."""
+        """Return the image, with the clear colour behind the traced bodies."""
         alpha = np.clip(light[..., 3:], 0.0, 1.0)
         clear = self.default_clear_color.as_array()[:3]
         is_covered = alpha > 0.0

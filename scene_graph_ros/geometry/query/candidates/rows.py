@@ -35,7 +35,7 @@ def candidate_rows(snapshot: Snapshot, margin: float) -> NDArray[np.int64]:
 
 
 def pair_memory(snapshot: Snapshot) -> PairMemory:
-    """Return what the context of a snapshot remembers, begun anew after a change of its model."""
+    """Return the memory of a snapshot's context, begun anew after a change of its model."""
     return snapshot.memory.of(_begin_pairs, snapshot.proximity)
 
 

@@ -1,6 +1,6 @@
 """Pairs answered by FCL (python-fcl) instead of this package's kernels, for comparison.
 
-It is what users of MoveIt know: ``fcl.collide`` with its contact of greatest depth answers for
+Users of MoveIt know it: ``fcl.collide`` with its contact of greatest depth answers for
 penetration, ``fcl.distance`` with its nearest points for signed distances. Nothing is corrected:
 docs/accuracy.md shows how far off these answers are. FCL has no tolerances to choose, promises no
 bound, and does not say where a normal is a choice; where shapes touch and it gives none, z is
@@ -196,10 +196,10 @@ def solve_pairs_with_fcl(
     describe: Callable[[int], str],
     query: str,
 ) -> SolvedPairs:
-    """Do what ``distance.driver.solve_pairs`` does, by asking FCL about one pair after another.
+    """Do the same as ``distance.driver.solve_pairs``, by asking FCL about one pair after another.
 
-    ``describe`` names a row, ``query`` is what was asked, for messages. The gap is nan: FCL gives
-    no certificate.
+    ``describe`` names a row, ``query`` is the question's name, for messages. The gap is nan: FCL
+    gives no certificate.
 
     Raises:
         UnsupportedPairError: FCL has no answer for a pair.

@@ -1,4 +1,4 @@
-"""Run the narrow phase on pairs of rows: what penetration and distance have in common."""
+"""Run the narrow phase on pairs of rows: the common part of penetration and distance."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def solve(
     query: str,
     points: int,
 ) -> SolvedPairs:
-    """Do what ``solve_pairs`` does, with more points where settings need them.
+    """Do the same as ``solve_pairs``, with more points where settings need them.
 
     Raises UnsupportedPairError for two half spaces.
     """
@@ -83,7 +83,7 @@ ID_COLUMNS: Recipes = {
 def pair_columns(
     recipes: Recipes, snapshot: Snapshot, solved: SolvedPairs, settings: Settings
 ) -> LateColumns:
-    """Return the columns of a result: those that it always has, and what was asked for."""
+    """Return the columns of a result: those that it always has, and those asked for."""
     if settings.derivatives or settings.certificate:
         recipes = {**recipes, **_asked_for(snapshot, solved, settings)}
     return LateColumns(recipes, (snapshot.proximity.ids, solved), solved.count)

@@ -142,7 +142,7 @@ _OF_TABLE: Mapping[type, tuple[str, ...]] = {
 
 
 def _names(table: type, settings: Settings) -> tuple[str, ...]:
-    """Return the columns that a table has by what it was asked for."""
+    """Return the names of a table's columns by its options."""
     asked = _DERIVATIVES if settings.derivatives else ()
     shown = ("gap", "decided_by") if settings.certificate else ()
     return (*_OF_TABLE[table], "element_A", "element_B", *asked, *shown)

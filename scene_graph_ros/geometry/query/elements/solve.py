@@ -215,7 +215,7 @@ def _columns_of(
 def _as_elements(
     snapshot: Snapshot, clouds: Clouds, found: FoundPairs, own: Elements, others: Elements
 ) -> tuple[ShapeTable, FloatArray]:
-    """Return a table of m elements and of what each is paired with, and their poses in C."""
+    """Return a table of m elements and of each one's partner, and their poses in C."""
     m, is_cloud = len(found.clouds), found.other_places >= 0
     point = clouds.table.point
     rows = np.concatenate([own.rows, found.others])
@@ -248,7 +248,7 @@ def _as_elements(
 
 
 def _in_cloud(offsets: FloatArray, X_CG: FloatArray, is_cloud: NDArray[np.bool_]) -> FloatArray:
-    """Return where elements are from their shapes' origins, (2, m, 3), in the first's frame."""
+    """Return elements' positions from their shapes' origins, (2, m, 3), in the first's frame."""
     result = offsets.copy()
     m = len(is_cloud)
     result[1] = np.einsum("mij,mj->mi", X_CG[m:, :3, :3], offsets[1])

@@ -169,7 +169,7 @@ _COLUMNS: Mapping[str, Callable[[_Answers], NDArray[Any]]] = {
 
 
 class AnswerMemory:
-    """Hands out memory for answers, and remembers what it handed out. Any thread may ask."""
+    """Hands out memory for answers, and remembers those handed out. Any thread may ask."""
 
     __slots__ = ("_lender",)
 

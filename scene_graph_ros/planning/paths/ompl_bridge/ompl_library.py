@@ -28,7 +28,7 @@ class OmplLibrary(NamedTuple):
 def get_ompl() -> OmplLibrary:
     """Return OMPL's modules. Raises MissingOmplError naming the remedy.
 
-    Whoever has imported OMPL before decides what it logs; else that are warnings only.
+    A program that has imported OMPL before decides on its log; else only warnings are logged.
     """
     is_new = "ompl" not in sys.modules
     names = (f"ompl.{name}" for name in OmplLibrary._fields)

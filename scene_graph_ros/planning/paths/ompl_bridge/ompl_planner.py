@@ -37,8 +37,9 @@ class OmplPlanner:
 
     It ends with the first path. With ``edges``, one that finds shorter and shorter paths, such as
     ``"BITstar"``, ends when so many edges were looked at. ``parameters`` are for the planner's
-    functions ``set...``: ``{"range": 0.5}`` calls ``setRange(0.5)``. Raises PlanningError for what
-    makes no sense; a name or parameter that OMPL does not know is noticed by `plan_path`.
+    functions ``set...``: ``{"range": 0.5}`` calls ``setRange(0.5)``. Raises PlanningError for
+    values that make no sense; a name or parameter that OMPL does not know is noticed by
+    `plan_path`.
     """
 
     name: str
@@ -95,7 +96,7 @@ def _planners() -> dict[str, Any]:
 
 
 def _setters(planner: Any) -> dict[str, Any]:
-    """Return what sets the parameters of a planner, by their names in this house's manner."""
+    """Return the setters of a planner's parameters, by snake_case names."""
     found = {}
     for name in dir(planner):
         if name.startswith("set") and name[3:4].isupper():
@@ -109,7 +110,7 @@ def _setters(planner: Any) -> dict[str, Any]:
 def _set_seed(seed: int) -> None:
     """Seed the random numbers of all that OMPL makes from now on.
 
-    OMPL says that this comes too late for what it has made before, which is not needed any more.
+    OMPL says that this comes too late for generators made before, which nothing uses any more.
     """
     util = get_ompl().util
     level = util.getLogLevel()
@@ -173,7 +174,7 @@ class OmplSearch(PathSearch):
         return self._between(start, goals, found)
 
     def _new_condition(self) -> Any:
-        """Return what ends the planner: the time, or `_end_in_time`.
+        """Return the termination condition of the planner: the time, or `_end_in_time`.
 
         It asks nothing of Python, as some planners ask it in threads that they wait for.
         """

@@ -34,7 +34,7 @@ _TURN = 2.0 * math.pi
 
 @one_line()
 class OmplSpace:
-    """What OMPL's planners need to know of a checker, for one thread.
+    """The state space of a checker for OMPL's planners, for one thread.
 
     States are the positions that may move, or those of a ``group`` of the SRDF; all others stay as
     they are in q ``(nq,)``. They are a ``RealVectorStateSpace`` with our limits and our distance.
@@ -189,7 +189,7 @@ class _Proofs:
         self.edges = 0
 
     def is_valid(self, state: Any) -> bool:
-        """Tell whether a state keeps what motions have to."""
+        """Tell whether a state keeps the paddings of motions."""
         self._watch()
         q = self._layout.read(state)
         return self._still.is_free(q, q)
@@ -236,7 +236,7 @@ def _motion_validator() -> Any:
     base = get_ompl().base
 
     class ProvenMotions(base.MotionValidator):  # type: ignore[name-defined]
-        """Takes for free what is proven free."""
+        """Accepts motions that are proven free."""
 
         def __init__(self, information: Any, asked: weakref.ref[_Proofs]) -> None:
             super().__init__(information)

@@ -1,4 +1,4 @@
-"""A roadmap that proves its edges when a path needs them, and remembers what came out.
+"""A roadmap that proves its edges when a path needs them, and remembers the outcome.
 
 Lazy PRM (Bohlin and Kavraki, *Path Planning Using Lazy PRM*, 2000): random free configurations are
 joined to their nearest ones; the shortest way through them is proven edge by edge, and those edges
@@ -42,9 +42,10 @@ _UNKNOWN, _PROVEN, _REFUSED = range(3)
 class Roadmap:
     """Free configurations, and edges between them of which some are proven.
 
-    One that is given to `plan_path` again knows what was proven before. Where the checker has
-    changed meanwhile, all is proven anew as it is needed. What does not move must stay as it was.
-    One search uses it at a time. `build_roadmap` makes one whose edges are proven beforehand.
+    One that is given to `plan_path` again knows its earlier proofs. Where the checker has
+    changed meanwhile, all is proven anew as it is needed. Positions that do not move must stay as
+    they were. One search uses it at a time. `build_roadmap` makes one whose edges are proven
+    beforehand.
     """
 
     def __init__(self) -> None:
@@ -76,7 +77,7 @@ class Roadmap:
         return self._nodes.copy()
 
     def prepare(self, plan: CheckerPlan, space: PositionSpace, seed: int) -> None:
-        """Get ready for a search; what was proven for another plan is forgotten.
+        """Get ready for a search; proofs for another plan are forgotten.
 
         Raises PlanningError where other positions stay as they are, or elsewhere.
         """
@@ -164,7 +165,7 @@ class Roadmap:
         return way[::-1]
 
     def is_proven(self, way: list[int], stop: NDArray[np.int64], rules: EdgeRules) -> bool:
-        """Prove what is not known of a way's edges; tell whether all are free."""
+        """Prove the unknown edges of a path; tell whether all are free."""
         plan, edges = self._needed_plan(), self._edges_of(way)
         new = edges[self._states[edges] == _UNKNOWN]
         if len(new):
@@ -184,7 +185,7 @@ class Roadmap:
     def parts(
         self, start: int, goals: NDArray[np.int64]
     ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Return the rows of what start and goals may still be joined to."""
+        """Return the rows of nodes that start and goals may still be joined to."""
         _, parts = connected_components(self._graph(), directed=False)
         return (
             np.flatnonzero(parts == parts[start]),
@@ -192,7 +193,7 @@ class Roadmap:
         )
 
     def gap(self, first: NDArray[np.int64], second: NDArray[np.int64], goal: int) -> float:
-        """Return how far apart two of its parts are, of the first those that are near a goal."""
+        """Return the distance of two of its parts, of the first those that are near a goal."""
         space = self._needed()
         near = np.argsort(space.distances(self._nodes[goal], self._nodes[first]), kind="stable")
         rows, others = first[near[:_COMPARED]], self._nodes[second]

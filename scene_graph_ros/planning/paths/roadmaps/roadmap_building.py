@@ -57,8 +57,8 @@ def build_roadmap(
     processes share the proofs, each with as many threads. The same ``seed`` gives the same
     roadmap, whoever proves it.
 
-    Raises PlanningError for what makes no sense, and where hardly anything is free; and as the
-    checker for q.
+    Raises PlanningError for options that make no sense, and where hardly anything is free; and as
+    the checker for q.
     """
     number, root = as_float(count), as_float(seed)
     if number is None or number < 1.0 or not number.is_integer():

@@ -1,4 +1,4 @@
-"""One search for a path by two trees, and for shorter ones: what kernels of ``search`` need."""
+"""One search for a path by two trees, and for shorter ones: inputs of kernels of ``search``."""
 
 from __future__ import annotations
 
@@ -64,12 +64,12 @@ measures. A tenth is kept in between: two tolerances, so that parts of edges can
 
 
 def search_rules(tolerance: float) -> EdgeRules:
-    """Return what counts as proven while a path is looked for, for a checker's tolerance (m)."""
+    """Return the rules of proofs during a search, for a checker's tolerance (m)."""
     return EdgeRules(False, part=_PART, tolerance=_KEPT * tolerance, asks_ends=False)
 
 
 class SearchTask(NamedTuple):
-    """What every search is told, whatever it goes by."""
+    """The inputs of every search, by any method."""
 
     plan: CheckerPlan
     space: PositionSpace
@@ -127,7 +127,7 @@ class PathSearch:
         )
 
     def load_kernel(self) -> None:
-        """Load the kernel of the search, or compile it: a time limit is for what it does."""
+        """Load the kernel of the search, or compile it: a time limit is for its work."""
         self._state[PHASE], self._state[COUNT] = SHORTEN, 0
         self._search_on(self._task.space.table, self._task.rules)
 

@@ -52,9 +52,9 @@ class PositionSpace:
     def of(
         cls, plan: CheckerPlan, ends: NDArray[np.float64], moves: NDArray[np.bool_]
     ) -> PositionSpace:
-        """Return the space for paths between ``ends`` ``(n, nq)``; ``moves`` ``(nq,)`` says what.
+        """Return the space for paths between ``ends`` ``(n, nq)``; ``moves`` ``(nq,)`` is a mask.
 
-        What does not move must be the same in all ends.
+        Positions that do not move must be the same in all ends.
         """
         tree = plan.tree
         kinds, starts = tree.table.kinds[1:], tree.table.starts[1:]
@@ -106,7 +106,7 @@ class PositionSpace:
         return q
 
     def settled(self, path: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return a path ``(n, nq)`` without what rounding between two of its numbers added."""
+        """Return a path ``(n, nq)`` without the rounding between two of its numbers."""
         return np.concatenate([path[:1], np.clip(path[1:-1], self.least, self.most), path[-1:]])
 
     def length(self, path: NDArray[np.float64]) -> float:
@@ -139,7 +139,7 @@ class PositionSpace:
         return np.asarray(np.round(turns) * periods)
 
     def unwound(self) -> SpaceTable:
-        """Return how positions of a path are compared, whose turns have been counted."""
+        """Return the comparable positions of a path, whose turns have been counted."""
         return self.table._replace(periods=np.zeros_like(self.table.periods))
 
 
@@ -199,7 +199,7 @@ def _extents(tree: KinematicTree, size: float) -> NDArray[np.float64]:
 
 
 def _size_of_scene(plan: CheckerPlan) -> float:
-    """Return the diagonal of the box around what does not move, plus the robots' reach, m."""
+    """Return the diagonal of the box around all that stands still, plus the robots' reach, m."""
     bodies, robots = plan.bodies, len(plan.bodies.joints)
     radii = bodies.radii[robots:]
     X_WG = bodies.X_WG[np.isfinite(radii)]
