@@ -20,7 +20,7 @@ _BLOCK = 8
 
 
 def count_sets(shape: HeightField) -> int:
-    """Return how many sets a field is."""
+    """Return the number of sets of a field."""
     if shape.num_elements <= MOST_PRISMS:
         return shape.num_elements
     rows, cols = shape.heights.shape

@@ -47,7 +47,7 @@ _free = list(range(SLOTS))
 
 
 def free_slots() -> int:
-    """Return how many slots nobody has just now."""
+    """Return the number of slots that are free just now."""
     return len(_free)
 
 

@@ -59,7 +59,7 @@ class ElementTable(NamedTuple):
     """A shape table whose last rows are prisms, a point, clouds and height fields."""
 
     held: HeldTable
-    """For whom asks about no height field: it has no slot for a prism."""
+    """For questions about no height field: it has no slot for a prism."""
     own: OwnRows
     clouds: tuple[PlacedPoints, ...]
     fields: tuple[PlacedHeights, ...]

@@ -22,7 +22,7 @@ _NUMBERS = (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0)
 
 @inlined_kernel
 def width_of(level):
-    """Return how many cells a node of a level is wide."""
+    """Return the width of a node of a level, in cells."""
     width = 1
     for _ in range(level):
         width *= LANES

@@ -16,4 +16,4 @@ def _field_distance(places, field, j, X_FB, max_distance, tolerance):
 _POSE = 9 * (0.0,), 3 * (0.0,)
 
 FIELD_DISTANCE = entry_point(_field_distance, (np.zeros(1, np.int64), 0, 0, _POSE, 0.0, 0.0))
-"""Returns what ``nearest_prism`` does of a field and row j at a pose in its frame."""
+"""Returns the answer of ``nearest_prism`` about a field and row j at a pose in its frame."""

@@ -190,7 +190,7 @@ def _least_cell(cells):
 
 @inlined_kernel
 def _is_behind(grid, element, p, planes, count, worth):
-    """Return whether some direction tells that a prism is not nearer than ``worth``."""
+    """Return True for a prism that some direction proves to be no nearer than ``worth``."""
     cell, cols = element // 2, grid.counts[0, 1]
     i, j = cell // cols, cell % cols
     x0, x1 = x_of(grid, j) - p[0], x_of(grid, j + 1) - p[0]

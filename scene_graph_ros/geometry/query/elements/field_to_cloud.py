@@ -40,7 +40,7 @@ _field_distance = FIELD_DISTANCE.call
 
 @inlined_kernel
 def _at_point(places, field, p, limit):
-    """Return what FIELD_DISTANCE says of a point p in F."""
+    """Return the answer of FIELD_DISTANCE about a point p in F."""
     arguments = places, field, point_row_of(places), (_IDENTITY, p), limit, 0.0
     return _field_distance(field_measure_of(places), arguments)
 
