@@ -77,8 +77,14 @@ class ElementTable(NamedTuple):
         return with_slot(self.held).places if self.fields else self.held.places
 
 
+class _Lease:
+    """Lives as long as a stand-in that has it: no tuple tells when it is gone."""
+
+
 class _TableWithTrees(ShapeTable):
     """What stands for the array where nothing is compiled."""
+
+    lease: _Lease
 
     trees: tuple[Any, ...]
     grids: tuple[Any, ...]
@@ -106,8 +112,8 @@ def with_slot(held: HeldTable) -> HeldTable:
         places[-_SLOT] = slot
     else:
         places = _stand_in(held.table, held.places.trees, held.places.grids, held.places.slots)
-        places.slot = slot
-    weakref.finalize(places, leave_slot, slot)
+        places.slot, places.lease = slot, _Lease()
+    weakref.finalize(places if _IS_COMPILED else places.lease, leave_slot, slot)
     return HeldTable(held.table, places)
 
 
