@@ -29,6 +29,9 @@ __all__ = ["beside_camera", "ratio"]
 _BODIES, _RATE, _CAMERA_RATE = 50, 100.0, 30.0
 _SHAKE = 0.01
 """Metres, standard deviation of the bodies' places."""
+_PATIENCE = 60.0
+"""Seconds until somebody has to have answered."""
+
 _SETTLE = 0.5
 """Seconds after the first image, or the last."""
 
@@ -86,13 +89,20 @@ class _Contacts:
             self._executor.spin_once(timeout_sec=left)
 
     def milliseconds(self, seconds: float) -> np.ndarray:
-        """Send poses for a while; return how long each took to its contacts."""
-        stamps, begin = [], time.monotonic()
-        while time.monotonic() - begin < seconds:
-            stamps.append(self.send())
-            self.spin(max(begin + len(stamps) / _RATE - time.monotonic(), 0.0))
-        self.spin(0.5)
-        return np.array([1e-6 * (self.arrived[s] - s) for s in stamps if s in self.arrived])
+        """Send poses for a while; return how long each took to its contacts.
+
+        Where a busy machine has answered none of them, they are sent for as long again.
+        """
+        end = time.monotonic() + _PATIENCE
+        while True:
+            stamps, begin = [], time.monotonic()
+            while time.monotonic() - begin < seconds:
+                stamps.append(self.send())
+                self.spin(max(begin + len(stamps) / _RATE - time.monotonic(), 0.0))
+            self.spin(0.5)
+            found = [1e-6 * (self.arrived[s] - s) for s in stamps if s in self.arrived]
+            if found or time.monotonic() > end:
+                return np.array(found)
 
     def close(self) -> None:
         """End the node."""

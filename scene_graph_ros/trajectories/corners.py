@@ -213,7 +213,7 @@ class _Pieces(NamedTuple):
 
 
 def _apart(q: Array, units: Array) -> NDArray[np.intp]:
-    """Return a mask of the points of a path ``(n, k)`` that are apart, and its ends."""
+    """Return the indices of a path's points ``(n, k)`` that are apart, and its ends."""
     enough = _SAME * float((np.abs(np.diff(q, axis=0)) / units).max(axis=1, initial=0.0).sum())
     kept = [0]
     for row in range(1, len(q)):

@@ -46,7 +46,7 @@ def rounding_of(points: Array, units: Array) -> Array:
 def telling_points(
     points: Array, tolerance: Array, always: NDArray[np.bool_] | None = None
 ) -> NDArray[np.intp]:
-    """Return a mask of the points ``(n, k)`` of a path to keep: its ends, and some ``always``.
+    """Return the indices of points ``(n, k)`` of a path to keep: its ends, and some ``always``.
 
     All others are within ``tolerance`` ``(k,)`` of the straight edges between these (Ramer, *An
     Iterative Procedure for the Polygonal Approximation of Plane Curves*, 1972).

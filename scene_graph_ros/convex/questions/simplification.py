@@ -146,7 +146,7 @@ def _without_redundant(
 
 
 def _redundant(others: Any, row: np.ndarray, side: float) -> list[int]:
-    """Return a mask of a polyhedron's rows implied by the others and one more, which stays."""
+    """Return the indices of rows implied by a polyhedron's others and one more, which stays."""
     kind, left = type(others), list(range(len(others.b)))
     gone: list[int] = []
     for k in list(left):

@@ -170,7 +170,7 @@ class DeformableContact(Sequence[DeformableContactSurface]):
         return self._participation
 
     def contact_participation(self, geometry_id: GeometryId) -> ContactParticipation:
-        """Return a mask of the vertices of a geometry that are in contact.
+        """Return the participation in contact of a geometry's vertices.
 
         Raises UnknownIdError if it was no deformable geometry with the proximity role.
         """

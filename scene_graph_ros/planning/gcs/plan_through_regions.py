@@ -160,7 +160,7 @@ def _speeds(velocities: ArrayLike, count: int) -> NDArray[np.float64]:
 
 
 def _turning(checker: SceneGraphCollisionChecker | None, held: Held) -> list[int]:
-    """Return a mask of the moving positions that turn without an end; without a checker none."""
+    """Return the indices of moving positions that turn without an end; without a checker none."""
     if checker is None:
         return []
     joints = get_continuous_revolute_joint_indices(checker.model.tree)
@@ -214,7 +214,7 @@ def _held(
     goal: NDArray[np.float64],
     label: str,
 ) -> Held:
-    """Return a mask of moving positions. Raises ConvexSetError where a goal moves another."""
+    """Return the moving positions. Raises ConvexSetError where a goal moves another."""
     if group is None:
         return Held(np.arange(len(start)), start)
     if checker is None:

@@ -202,7 +202,7 @@ class KinematicTrajectoryOptimization(KinematicCurve):
         return stretch_to_hold(self._bounds, curve, longest)
 
     def _places(self, result: KinematicTrajectoryResult) -> list[tuple[_Clear, float]]:
-        """Return violations for the times at which a curve is not free, with their bodies."""
+        """Return the conditions and times, from 0 to 1, at which a curve is not proven free."""
         breaks = result.trajectory.piecewise_polynomial().breaks / result.trajectory.duration
         count = len(breaks) - 1
         found = []
