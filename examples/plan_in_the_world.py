@@ -54,11 +54,11 @@ def make_ready(*groups: str) -> None:
             subprocess.run([sys.executable, "-m", "scene_graph_ros.warmup", group], check=True)
 
 
-def words(result: Any) -> str:
+def words(result: Any, padding: float = PADDING) -> str:
     """Return what can be said of a trajectory in one sentence."""
     edges = len(result.path.positions) // len(result.path.names) - 1
     last = result.trajectory.points[-1].time_from_start
-    kept = 1e3 * (result.trajectory_clearance + PADDING)
+    kept = 1e3 * (result.trajectory_clearance + padding)
     return (
         f"{edges} edge{'' if edges == 1 else 's'} of together {result.length:.2f} rad in"
         f" {last.sec + 1e-9 * last.nanosec:.2f} s, proven to keep {kept:.1f} mm from everything,"

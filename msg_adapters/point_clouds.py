@@ -12,12 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 from sensor_msgs.msg import PointCloud2, PointField
 
+from msg_adapters.arrays import uint8s_to_msg
 from msg_adapters.errors import MessageError
+from msg_adapters.poses import header_to_msg
 from msg_adapters.stamps import checked_stamp_from_msg
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
 
-__all__ = ["SensedPoints", "points_from_msg"]
+__all__ = ["SensedPoints", "points_from_msg", "sensed_points_to_msg"]
 
 _AXES = ("x", "y", "z")
 _FLOATS = {PointField.FLOAT32: "f4", PointField.FLOAT64: "f8"}
@@ -62,6 +64,27 @@ def points_from_msg(msg: PointCloud2, most: int) -> SensedPoints:
     left_out = count - int(np.count_nonzero(is_there))
     return SensedPoints(
         msg.header.frame_id, stamp_ns, points if not left_out else points[is_there], left_out
+    )
+
+
+def sensed_points_to_msg(
+    points: NDArray[np.float64], radii: NDArray[np.float64], *, stamp_ns: int, frame_id: str
+) -> PointCloud2:
+    """Return points ``(n, 3)``, m, as one row of floats x, y, z, radius."""
+    data = np.column_stack([points, radii]).astype("<f4")
+    return PointCloud2(
+        header=header_to_msg(stamp_ns, frame_id),
+        height=1,
+        width=len(data),
+        fields=[
+            PointField(name=name, offset=4 * k, datatype=PointField.FLOAT32, count=1)
+            for k, name in enumerate((*_AXES, "radius"))
+        ],
+        is_bigendian=False,
+        point_step=16,
+        row_step=16 * len(data),
+        data=uint8s_to_msg(data.view(np.uint8)),
+        is_dense=True,
     )
 
 

@@ -110,6 +110,18 @@ def _meshes_by_color(marker: Marker, size: np.ndarray) -> list[tuple[trimesh.Tri
     return meshes
 
 
+def _balls(marker: Marker) -> trimesh.Trimesh:
+    """Return a ball around each point of a list, as an octahedron: there may be thousands."""
+    centers = np.array([(p.x, p.y, p.z) for p in marker.points]).reshape(-1, 1, 3)
+    corners = np.concatenate([np.eye(3), -np.eye(3)]) * 0.5 * marker.scale.x
+    faces = np.array(
+        [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]]
+    )
+    shifted = faces + 6 * np.arange(len(centers))[:, np.newaxis, np.newaxis]
+    vertices = (centers + corners).reshape(-1, 3)
+    return trimesh.Trimesh(vertices, shifted.reshape(-1, 3), process=False)
+
+
 def _meshes_of_marker(marker: Marker) -> list[tuple[trimesh.Trimesh, tuple]]:
     """Return the triangles of a marker in the world, by colour."""
     size = np.array([marker.scale.x, marker.scale.y, marker.scale.z])
@@ -126,6 +138,8 @@ def _meshes_of_marker(marker: Marker) -> list[tuple[trimesh.Trimesh, tuple]]:
         elif marker.type == Marker.CYLINDER:
             mesh = trimesh.creation.cylinder(radius=0.5, height=1.0, sections=64)
             mesh.apply_scale(size)
+        elif marker.type == Marker.SPHERE_LIST:
+            mesh = _balls(marker)
         elif marker.type == Marker.TRIANGLE_LIST:
             corners = np.array([(p.x, p.y, p.z) for p in marker.points]).reshape(-1, 3)
             mesh = trimesh.Trimesh(

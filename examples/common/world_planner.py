@@ -188,14 +188,18 @@ class WorldPlanner:
             all(o == free for o in outcomes[k : k + rows]) for k in range(0, len(outcomes), rows)
         ]
 
-    def plan(self, goal: PlanPath.Goal, seconds: float, acceleration: float) -> tuple[Any, bytes]:
+    def plan(
+        self, goal: PlanPath.Goal, seconds: float, acceleration: float, speed: float = 1.0
+    ) -> tuple[Any, bytes]:
         """Ask for a path and a trajectory along it; return the result and the goal's id.
 
-        It begins where the joints were told to be: topics and goals come in any order.
+        ``speed`` is the part of the joints' velocities that is used. It begins where the joints
+        were told to be: topics and goals come in any order.
         """
         self.wait_for_joints()
         goal.timeout = Duration(seconds=seconds).to_msg()
-        goal.with_trajectory, goal.limits = True, MotionLimits(max_acceleration=acceleration)
+        goal.with_trajectory = True
+        goal.limits = MotionLimits(max_acceleration=acceleration, velocity_scaling=speed)
         sent = self.action.send_goal_async(goal)
         handle = self.wait(lambda: sent.done() and sent.result(), "the goal's acceptance")
         future = handle.get_result_async()
@@ -204,15 +208,7 @@ class WorldPlanner:
 
     def reach(self, link: str, point: Sequence[float], group: str, padding: float) -> Any:
         """Plan a trajectory that brings what is 0.1 m before a link, pointing down, to a point."""
-        x, y, z = point
-        pose = Pose(position=Point(x=x, y=y, z=z), orientation=Quaternion(x=1.0, w=0.0))
-        tool = Pose(position=Point(z=0.1), orientation=Quaternion(w=1.0))
-        goal = PlanPath.Goal(
-            pose_goals=[PoseGoal(link=link, tool=tool, pose=pose)],
-            group=group,
-            environment_padding=padding,
-        )
-        result, goal_id = self.plan(goal, 60.0, 5.0)
+        result, goal_id = self.plan(pointing_down(link, point, group, padding), 60.0, 5.0)
         if result.status.code or result.failure:
             raise SystemExit(f"no plan: {result.status.message}{result.reason}")
         self.wait_for_holds(goal_id, holds=True)
@@ -245,6 +241,18 @@ class WorldPlanner:
         self.tell_joints(names, trajectory.value(trajectory.end_time).tolist())
         self.wait(lambda: touched(self.contacts, movers)[1] >= last, "the contacts at the goal")
         return count, touched(self.contacts, movers)[0] - before
+
+
+def pointing_down(link: str, point: Sequence[float], group: str, padding: float) -> PlanPath.Goal:
+    """Return a request for a path that ends with what is 0.1 m before a link at a point."""
+    x, y, z = point
+    pose = Pose(position=Point(x=x, y=y, z=z), orientation=Quaternion(x=1.0, w=0.0))
+    tool = Pose(position=Point(z=0.1), orientation=Quaternion(w=1.0))
+    return PlanPath.Goal(
+        pose_goals=[PoseGoal(link=link, tool=tool, pose=pose)],
+        group=group,
+        environment_padding=padding,
+    )
 
 
 def touched(messages: Sequence[Any], sources: Sequence[str]) -> tuple[set[str], int]:

@@ -22,10 +22,13 @@ from scene_graph_ros.node.effects.state import EffectReport
 from scene_graph_ros.node.world.intake import (
     CONFIGURATION_FAULTS,
     Fault,
+    IMAGE_FAULTS,
+    INFO_FAULTS,
     POINT_FAULTS,
     POSE_FAULTS,
     Statistics,
 )
+from scene_graph_ros.node.world.source_topics import CAMERA_INFO, DEPTH_IMAGES
 from scene_graph_ros.views.moment import Trouble
 
 __all__ = ["Diagnostics", "Monitor", "troubles_of"]
@@ -33,7 +36,12 @@ __all__ = ["Diagnostics", "Monitor", "troubles_of"]
 _OPTIONAL_MODULES = ("meshio", "pytetwild", "tf2_msgs", "trimesh")
 """Costly or optional imports: reported, so that it can be seen what a scene really needs."""
 
-_FAULTS_OF = {"configurations": CONFIGURATION_FAULTS, "points": POINT_FAULTS}
+_FAULTS_OF = {
+    "configurations": CONFIGURATION_FAULTS,
+    "points": POINT_FAULTS,
+    DEPTH_IMAGES: IMAGE_FAULTS,
+    CAMERA_INFO: INFO_FAULTS,
+}
 """The faults of what is not poses."""
 
 _LATENCIES = 1000

@@ -241,6 +241,7 @@ class Server:
         self._timed_sequence = -1
         self._planned = self._regions = None
         self._descriptions: Descriptions | None = None
+        self._kernels = KernelSupply(self.node.get_logger(), self._kernels_came)
         self._subscriptions = Subscriptions(
             self.node,
             world,
@@ -248,9 +249,9 @@ class Server:
             self._loop.topics_changed,
             self._describe,
             self.parameter("max_points_per_cloud"),
+            self.lack_of_kernels,
         )
         self._loader = loader
-        self._kernels = KernelSupply(self.node.get_logger(), self._kernels_came)
         self._effects = Effects(self, lack=self._kernels.lack)
         self._effects.switch_off(world.effects_off)
         tools = Tools(loader.resolve, message_type, loader.load_request, loader.requested_text)
@@ -331,6 +332,7 @@ class Server:
 
     def _kernels_came(self) -> None:
         self._effects.come_on(self._world.snapshot)
+        self._loop.topics_changed()
         self.request_update()
 
     # What happens while it runs.

@@ -30,6 +30,9 @@ if TYPE_CHECKING:
     from scene_graph_ros.planning.checker.checker_bodies import CheckerBody
     from scene_graph_ros.planning.checker.checker_contexts import CollisionCheckerContext
     from scene_graph_ros.planning.checker.checker_interface import CollisionChecker
+    from scene_graph_ros.planning.checker.collision_avoidance import (
+        compute_collision_avoidance_displacement,
+    )
     from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
     from scene_graph_ros.planning.checker.collision_checker_params import CollisionCheckerParams
     from scene_graph_ros.planning.checker.distance_and_interpolation import (
@@ -57,6 +60,7 @@ if TYPE_CHECKING:
         MaxCliqueSolverViaMip,
     )
     from scene_graph_ros.planning.cliques.visibility_graph import visibility_graph
+    from scene_graph_ros.planning.diagrams.dof_mask import DofMask
     from scene_graph_ros.planning.diagrams.robot_diagram import load_robot_diagram, RobotDiagram
     from scene_graph_ros.planning.diagrams.robot_diagram_builder import (
         DiagramBuiltError,
@@ -85,6 +89,7 @@ if TYPE_CHECKING:
         InverseKinematicsError,
         PoseTarget,
     )
+    from scene_graph_ros.planning.motion.trajectory_planner import plan_trajectory
     from scene_graph_ros.planning.optimal_control.collocation_constraint import (
         add_direct_collocation_constraint,
         DirectCollocationConstraint,
@@ -175,6 +180,7 @@ __all__ = [
     "DirectTranscription",
     "DistanceAndInterpolationProvider",
     "DistanceCertificate",
+    "DofMask",
     "Dynamics",
     "DynamicsError",
     "EdgeMeasure",
@@ -245,6 +251,7 @@ __all__ = [
     "add_direct_collocation_constraint",
     "build_roadmap",
     "certify_by_distances",
+    "compute_collision_avoidance_displacement",
     "get_continuous_revolute_joint_indices",
     "inverse_kinematics",
     "inverse_kinematics_of_poses",
@@ -256,6 +263,7 @@ __all__ = [
     "plan_path",
     "plan_straight",
     "plan_through_regions",
+    "plan_trajectory",
     "prove_trajectory",
     "region_around",
     "regions_along",
@@ -283,6 +291,7 @@ _MODULES = {
     "planning.checker.checker_bodies": ("CheckerBody",),
     "planning.checker.checker_contexts": ("CollisionCheckerContext",),
     "planning.checker.checker_interface": ("CollisionChecker",),
+    "planning.checker.collision_avoidance": ("compute_collision_avoidance_displacement",),
     "planning.checker.collision_checker": ("SceneGraphCollisionChecker",),
     "planning.checker.collision_checker_params": ("CollisionCheckerParams",),
     "planning.checker.distance_and_interpolation": (
@@ -305,6 +314,7 @@ _MODULES = {
         "MaxCliqueSolverViaMip",
     ),
     "planning.cliques.visibility_graph": ("visibility_graph",),
+    "planning.diagrams.dof_mask": ("DofMask",),
     "planning.diagrams.robot_diagram": ("RobotDiagram", "load_robot_diagram"),
     "planning.diagrams.robot_diagram_builder": ("DiagramBuiltError", "RobotDiagramBuilder"),
     "planning.edges.edge_measure": ("EdgeMeasure", "EdgeStatus"),
@@ -321,6 +331,7 @@ _MODULES = {
         "inverse_kinematics",
     ),
     "planning.ik.pose_target": ("InverseKinematicsError", "PoseTarget"),
+    "planning.motion.trajectory_planner": ("plan_trajectory",),
     "planning.optimal_control.collocation_constraint": (
         "DirectCollocationConstraint",
         "add_direct_collocation_constraint",

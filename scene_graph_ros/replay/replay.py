@@ -29,6 +29,7 @@ from scene_graph_ros.node.world.queued_channel import QueuedChannel
 from scene_graph_ros.node.world.scene import Edit, SourceRecord
 from scene_graph_ros.node.world.scenes import Described, SceneLoader
 from scene_graph_ros.node.world.source_channel import apply_kept, SourceChannel
+from scene_graph_ros.node.world.source_topics import CAMERA_INFO, DEPTH_IMAGES
 from scene_graph_ros.node.world.world import World, WorldSnapshot
 from scene_graph_ros.replay.reader import Recorded, RecordingError
 
@@ -212,6 +213,13 @@ class Replay:
 
             most = self.parameters["max_points_per_cloud"]
             return PointChannel(record, Intake(record.name, _ignore), most)
+        if noun in (CAMERA_INFO, DEPTH_IMAGES):
+            from scene_graph_ros.node.world.depth_channel import DepthChannel, InfoChannel
+
+            intake = Intake(record.name, _ignore)
+            if noun == CAMERA_INFO:
+                return InfoChannel(record, intake)
+            return DepthChannel(record, intake, self.parameters["max_points_per_cloud"])
         if noun != _CONFIGURATIONS:
             return make_channel(noun, record, _ignore, self.world.world_frame)
         from scene_graph_ros.node.world.configurations import ConfigurationChannel
@@ -233,12 +241,18 @@ class Replay:
             targets: dict[str, tuple[Callable[[str], Any], set[str]]] = {
                 _CONFIGURATIONS: (world.deformables.get, deformed),
                 _POINTS: (world.clouds.get, sensed),
+                CAMERA_INFO: (world.clouds.get, set()),
+                DEPTH_IMAGES: (world.clouds.get, sensed),
             }
             for name, noun in sorted(self._channels, key=_in_order):
                 channel, record = self._channels[name, noun], world.records.get(name)
                 find, changed = targets.get(noun, (world.frames, moved))
+                if noun == DEPTH_IMAGES:
+                    world.note_poses()
                 if apply_kept(channel, record, partial(find, name), told) is not None:
                     changed.add(name)
+                if noun == DEPTH_IMAGES and name in world.clouds:
+                    sensed.update({name} if world.clouds[name].expire(told.now) else ())
             if moved or deformed or sensed:
                 world.commit(moved, time, deformed, sensed)
         self.snapshot = world.snapshot
@@ -285,7 +299,8 @@ class Replay:
 
 def _in_order(key: tuple[str, str]) -> int:
     """Return when a channel's messages are applied, in an update of the node."""
-    order = (POSES, BASE_POSES, JOINT_POSES, _CONFIGURATIONS, _POINTS)
+    sensed = (_CONFIGURATIONS, _POINTS, CAMERA_INFO, DEPTH_IMAGES)
+    order = (POSES, BASE_POSES, JOINT_POSES, *sensed)
     return order.index(key[1])
 
 

@@ -11,7 +11,12 @@ from typing import TYPE_CHECKING
 from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.located import suggestion
 from scene_graph_ros.scene_files.instances import hydroelastic_of
-from scene_graph_ros.scene_files.loaded_scene import LoadedRobot, LoadedScene, LoadedSource
+from scene_graph_ros.scene_files.loaded_scene import (
+    DepthSettings,
+    LoadedRobot,
+    LoadedScene,
+    LoadedSource,
+)
 from scene_graph_ros.scene_files.packages import resolve_resource
 from scene_graph_ros.scene_files.scene_file import SceneFile
 from scene_graph_ros.scene_files.schema_handles import HandleSpec
@@ -89,6 +94,7 @@ class Application:
         *,
         points_topic: str = "",
         cloud: str = "",
+        depth: DepthSettings | None = None,
         interpolates: bool = True,
     ) -> LoadedSource:
         """Register a source and take note of it."""
@@ -103,6 +109,7 @@ class Application:
             configuration_topic=configuration_topic,
             points_topic=points_topic,
             cloud=cloud,
+            depth=depth,
             interpolates=interpolates,
         )
         self.sources[full_name] = source

@@ -79,21 +79,35 @@ class _Checker:
             places[name] = path
 
     def _clouds(self) -> None:
-        """Check that sources send points of clouds that they have."""
+        """Check that sources send points of clouds that they have, and images of anchored ones."""
+        known = {s.name for s in self.spec.sources} | {r.name for r in self.spec.robots}
         for index, source in enumerate(self.spec.sources):
-            if source.points is None or source.points.geometry is None:
+            sensor, key = source.points or source.depth, "points" if source.points else "depth"
+            if sensor is None:
                 continue
-            name, own = (
-                source.points.geometry,
-                [g for g in self.spec.geometries if g.source == source.name],
-            )
-            clouds = [g.name for g in own if g.shape.type == "point_cloud"]
-            if name not in clouds:
+            own = [g for g in self.spec.geometries if g.source == source.name]
+            clouds = {g.name: g.frame for g in own if g.shape.type == "point_cloud"}
+            name = sensor.geometry
+            if name is not None and name not in clouds:
                 hint = suggestion(name, clouds)
                 self.report(
                     f"source {source.name!r} has no point_cloud {name!r}{hint}",
-                    *("sources", index, "points", "geometry"),
+                    *("sources", index, key, "geometry"),
                 )
+            if source.depth is None:
+                continue
+            for each, frame in clouds.items():
+                if each == (name or each) and frame != "world":
+                    self.report(
+                        f"the cloud {each!r} is on frame {frame!r}, and images of depth fill"
+                        " clouds that are anchored: leave its frame out",
+                        *("sources", index, key),
+                    )
+            for row, removed in enumerate(source.depth.remove or ()):
+                if removed not in known:
+                    hint = suggestion(removed, known)
+                    place = ("sources", index, key, "remove", row)
+                    self.report(f"there is no source {removed!r}{hint}", *place)
 
     def _frames(self) -> None:
         places: dict[str, tuple[str | int, ...]] = {}

@@ -5,21 +5,23 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    Field,
-    model_validator,
-    PlainValidator,
-    StringConstraints,
-    WithJsonSchema,
-)
+from pydantic import Field, model_validator, PlainValidator, WithJsonSchema
 
 from scene_graph_ros.geometry.model.render_label import RenderLabel
-from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
+from scene_graph_ros.scene_files.schema_depth import DepthSpec
 from scene_graph_ros.scene_files.schema_handles import HandleSpec
 from scene_graph_ros.scene_files.schema_renderers import RendererSpec
 from scene_graph_ros.scene_files.schema_shapes import ShapeSpec
+from scene_graph_ros.scene_files.schema_values import (
+    Channel,
+    Name,
+    Number,
+    PoseSpec,
+    Positive,
+    Reference,
+    Spec,
+    Text,
+)
 
 __all__ = [
     "CameraSpec",
@@ -38,16 +40,6 @@ __all__ = [
     "json_schema",
 ]
 
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
-Coordinate = Annotated[Number, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE)]
-Row = Annotated[list[Number], Field(min_length=4, max_length=4)]
-Channel = Annotated[Number, Field(ge=0.0, le=1.0)]
-Name = Annotated[
-    str, StringConstraints(strict=True, strip_whitespace=True, min_length=1, pattern=r"^[^/]*$")
-]
-Text = Annotated[str, StringConstraints(strict=True, strip_whitespace=True, min_length=1)]
-Reference = Text
-Positive = Annotated[Number, Field(gt=0.0)]
 Label = Annotated[int, Field(strict=True, ge=0, le=RenderLabel.MAX_FREE)]
 ColorSpec = Annotated[list[Channel], Field(min_length=3, max_length=4)]
 
@@ -88,36 +80,6 @@ PoseType = Literal[
 ]
 
 
-class _Spec(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class PoseSpec(_Spec):
-    """A pose: a position, and fixed-axis angles or a quaternion; or a matrix, without loss."""
-
-    xyz: Annotated[list[Coordinate], Field(min_length=3, max_length=3)] = [0.0, 0.0, 0.0]
-    rpy: Annotated[list[Number], Field(min_length=3, max_length=3)] | None = Field(
-        None, description="Roll, pitch and yaw in radians: Rz(yaw) Ry(pitch) Rx(roll)."
-    )
-    quaternion: Annotated[list[Number], Field(min_length=4, max_length=4)] | None = Field(
-        None, description="Unit quaternion in the order x, y, z, w."
-    )
-
-    matrix: Annotated[list[Row], Field(min_length=3, max_length=4)] | None = Field(
-        None, description="The pose (4, 4) in place of all else; its last row may be left out."
-    )
-
-    @model_validator(mode="after")
-    def _one_rotation(self) -> PoseSpec:
-        if self.matrix is not None and self.model_fields_set & {"xyz", "rpy", "quaternion"}:
-            raise ValueError("give matrix, or xyz with rpy or quaternion, not both")
-        if self.matrix is not None and self.matrix[3:] not in ([], [[0.0, 0.0, 0.0, 1.0]]):
-            raise ValueError(f"the last row of matrix must be 0, 0, 0, 1, got {self.matrix[3]}")
-        if self.rpy is not None and self.quaternion is not None:
-            raise ValueError("give rpy or quaternion, not both")
-        return self
-
-
 Composition = Literal["interpolated", "newest"]
 _COMPOSITION = (
     "At which time chains of transforms are composed: interpolated at the newest of which all of "
@@ -125,7 +87,7 @@ _COMPOSITION = (
 )
 
 
-class PosesSpec(_Spec):
+class PosesSpec(Spec):
     """Where the poses of a source's frames come from."""
 
     type: PoseType = "sensor_msgs/msg/MultiDOFJointState"
@@ -133,13 +95,13 @@ class PosesSpec(_Spec):
     composition: Composition = Field("interpolated", description=_COMPOSITION)
 
 
-class ConfigurationsSpec(_Spec):
+class ConfigurationsSpec(Spec):
     """Where the configurations of a source's deformable geometry come from."""
 
     topic: Text = Field(description='Default: "<source>/configurations".')
 
 
-class PointsSpec(_Spec):
+class PointsSpec(Spec):
     """Where the points of a source's cloud come from: sensor_msgs/PointCloud2 messages."""
 
     topic: Text | None = Field(None, description='Default: "<source>/points".')
@@ -161,9 +123,18 @@ class SourceSpec(HandleSpec):
     points: PointsSpec | None = Field(
         None, description="Default for a source with a cloud: the topic's default."
     )
+    depth: DepthSpec | None = Field(
+        None, description="In place of points: images of depth, of which its cloud is made."
+    )
+
+    @model_validator(mode="after")
+    def _one_sensor(self) -> SourceSpec:
+        if self.points is not None and self.depth is not None:
+            raise ValueError("give points or depth, not both: each fills the source's cloud")
+        return self
 
 
-class FrameSpec(_Spec):
+class FrameSpec(Spec):
     """A frame that its source moves; the pose is where it is until the source says otherwise."""
 
     name: Name
@@ -172,7 +143,7 @@ class FrameSpec(_Spec):
     pose: PoseSpec = PoseSpec()
 
 
-class RolesSpec(_Spec):
+class RolesSpec(Spec):
     """The roles of a geometry, each with its properties as group -> name -> value."""
 
     proximity: Properties | None = None
@@ -180,7 +151,7 @@ class RolesSpec(_Spec):
     perception: Properties | None = None
 
 
-class DeformableSpec(_Spec):
+class DeformableSpec(Spec):
     """Options of a deformable geometry: its shape is cut into tetrahedra, whose vertices move."""
 
     resolution_hint: Annotated[Number, Field(gt=0.0)] | None = Field(
@@ -199,7 +170,7 @@ class DeformableSpec(_Spec):
         return self
 
 
-class GeometrySpec(_Spec):
+class GeometrySpec(Spec):
     """A shape fixed to a frame, or anchored to the world."""
 
     name: Name
@@ -262,7 +233,7 @@ class BaseSpec(PoseSpec):
         return self
 
 
-class DescriptionSpec(_Spec):
+class DescriptionSpec(Spec):
     """A topic of std_msgs/String messages with the text of a URDF, latched as a rule."""
 
     topic: Text
@@ -314,7 +285,7 @@ class RobotSpec(HandleSpec):
         return self
 
 
-class LensSpec(_Spec):
+class LensSpec(Spec):
     """The lens of a camera, in pixels; pixels' centres are at whole numbers."""
 
     fx: Positive
@@ -323,7 +294,7 @@ class LensSpec(_Spec):
     cy: Number
 
 
-class CameraSpec(_Spec):
+class CameraSpec(Spec):
     """A camera on a frame, which publishes images where somebody listens.
 
     Its own frame is the optical one: x to the right, y down and z ahead.
@@ -361,7 +332,7 @@ class CameraSpec(_Spec):
         return self
 
 
-class FilterSpec(_Spec):
+class FilterSpec(Spec):
     """Pairs that are never checked, or are checked again. Later filters overrule earlier ones.
 
     Members are "source", "source/frame" or "source/frame/geometry"; the frame of anchored
@@ -385,7 +356,7 @@ class FilterSpec(_Spec):
         return self
 
 
-class SceneSpec(_Spec):
+class SceneSpec(Spec):
     """A scene: owners, poses, and pairs that are not checked."""
 
     version: Literal[1] = Field(description="Version of this format.")
@@ -393,13 +364,13 @@ class SceneSpec(_Spec):
     packages: dict[Text, Text] = Field(
         {}, description="Folders of packages, relative to this file, before any other search."
     )
-    sources: list[SourceSpec] = []
-    robots: list[RobotSpec] = []
-    frames: list[FrameSpec] = []
-    geometries: list[GeometrySpec] = []
-    renderers: list[RendererSpec] = []
-    cameras: list[CameraSpec] = []
-    collision_filters: list[FilterSpec] = []
+    sources: list[SourceSpec] = Field([])
+    robots: list[RobotSpec] = Field([])
+    frames: list[FrameSpec] = Field([])
+    geometries: list[GeometrySpec] = Field([])
+    renderers: list[RendererSpec] = Field([])
+    cameras: list[CameraSpec] = Field([])
+    collision_filters: list[FilterSpec] = Field([])
     effects: dict[Text, Literal["auto", "off"]] = Field(
         {}, description="auto: computed when something asks for it; off: never."
     )

@@ -114,6 +114,15 @@ class BezierCurve:
         """
         return self.control_points.min(axis=0), self.control_points.max(axis=0)
 
+    def as_linear_in_control_points(self, derivative_order: int = 1) -> NDArray[np.float64]:
+        """Return M ``(k, order + 1)``: ``M @ control_points`` are a derivative's ``(k, n)``.
+
+        It depends on the order and the duration alone, so programs may have control points as
+        variables.
+        """
+        unit = self._with(np.eye(self.order + 1))
+        return unit.derivative(as_order("derivative_order", derivative_order)).control_points
+
     # Others made of it.
 
     def _with(self, points: NDArray[np.float64]) -> BezierCurve:

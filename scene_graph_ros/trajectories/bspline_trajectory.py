@@ -166,7 +166,55 @@ class BsplineTrajectory:
         """Return numbers ``(n,)`` that no value is below, and that none is above: proven."""
         return self.control_points.min(axis=0), self.control_points.max(axis=0)
 
+    def as_linear_in_control_points(self, derivative_order: int = 1) -> NDArray[np.float64]:
+        """Return M ``(k, c)``: ``M @ control_points`` ``(k, n)`` are those of a derivative.
+
+        It depends on knots alone, so programs may have control points as variables.
+        """
+        unit = BsplineTrajectory(self.knots, np.eye(len(self.control_points)))
+        return unit.derivative(as_order("derivative_order", derivative_order)).control_points
+
+    def evaluate_linear_in_control_points(
+        self, t: ArrayLike, derivative_order: int = 0
+    ) -> NDArray[np.float64]:
+        """Return weights ``(c,)``, or ``(m, c)`` at times ``(m,)``, of a derivative's values.
+
+        ``weights @ control_points`` is what ``derivative(derivative_order).value(t)`` returns.
+        """
+        unit = BsplineTrajectory(self.knots, np.eye(len(self.control_points)))
+        return unit.derivative(as_order("derivative_order", derivative_order)).value(t)
+
     # Others made of it.
+
+    def insert_knots(self, additional_knots: ArrayLike) -> BsplineTrajectory:
+        """Return the same curve with more knots, and with a further control point for each.
+
+        From the start to the end; each may come ``degree + 1`` times in all. The control points
+        come nearer to the curve (Boehm, "Inserting new knots into B-spline curves", 1980). Raises
+        TrajectoryError for other knots.
+        """
+        more = np.atleast_1d(as_numbers("additional_knots", additional_knots))
+        if more.ndim != 1:
+            raise TrajectoryError(f"additional_knots must have shape (k,), not {more.shape}")
+        d, knots, points = self.degree, self.knots, self.control_points
+        for knot in more:
+            if not self.start_time <= knot <= self.end_time:
+                raise TrajectoryError(
+                    f"additional_knots must be from {self.start_time} to {self.end_time}, not"
+                    f" {knot}"
+                )
+            if np.count_nonzero(knots == knot) > d:
+                raise TrajectoryError(
+                    f"knots must come at most degree + 1 = {d + 1} times, {knot} comes more often"
+                )
+            last = int(np.searchsorted(knots, self.end_time, side="left")) - 1
+            k = min(int(np.searchsorted(knots, knot, side="right")) - 1, last)
+            i = np.arange(k - d + 1, k + 1)
+            part = ((knot - knots[i]) / (knots[i + d] - knots[i]))[:, np.newaxis]
+            mixed = (1.0 - part) * points[i - 1] + part * points[i] if d else points[:0]
+            points = np.concatenate([points[: k - d + 1], mixed, points[k:]])
+            knots = np.insert(knots, k + 1, knot)
+        return BsplineTrajectory(knots, points)
 
     def piecewise_polynomial(self) -> PiecewisePolynomial:
         """Return the same curve as Bézier curves between its knots."""

@@ -217,7 +217,38 @@ class PiecewisePolynomial:
         points = differentiated(self.control_points, times) / widths**times
         return PiecewisePolynomial(self.breaks, points)
 
+    def integral(self, value_at_start_time: ArrayLike = 0.0) -> PiecewisePolynomial:
+        """Return the curve whose derivative this one is, of one degree more and without jumps.
+
+        It begins with ``value_at_start_time``, a number or ``(n,)`` (Farin, section 5.3).
+        """
+        start = as_numbers("value_at_start_time", value_at_start_time)
+        if start.shape not in ((), (self.rows,)):
+            raise TrajectoryError(
+                f"value_at_start_time must be a number or have shape ({self.rows},), not"
+                f" {start.shape}"
+            )
+        widths = np.diff(self.breaks)[:, np.newaxis, np.newaxis] / (self.degree + 1)
+        gains = np.cumsum(widths * self.control_points, axis=1)
+        begins = start + np.cumsum(np.insert(gains[:-1, -1], 0, 0.0, axis=0), axis=0)
+        points = np.insert(begins[:, np.newaxis] + gains, 0, begins, axis=1)
+        return PiecewisePolynomial(self.breaks, points)
+
     # Others made of it.
+
+    def slice(self, start_segment_index: int, num_segments: int) -> PiecewisePolynomial:
+        """Return some segments one after another, at the times that they have.
+
+        Raises TrajectoryError for segments that are not there.
+        """
+        first = as_order("start_segment_index", start_segment_index)
+        last = first + as_order("num_segments", num_segments)
+        if not first < last <= self.num_segments:
+            raise TrajectoryError(
+                f"start_segment_index {first} and num_segments {num_segments} must name one or"
+                f" more of {self.num_segments} segments"
+            )
+        return PiecewisePolynomial(self.breaks[first : last + 1], self.control_points[first:last])
 
     def reverse_time(self) -> PiecewisePolynomial:
         """Return the reversed curve r with ``r(start_time + end_time - t) = q(t)``."""

@@ -12,7 +12,7 @@ from scene_graph_ros.trajectories.motion_limits import MotionLimits
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
 from scene_graph_ros.trajectories.time_optimal import straight_segments
 
-__all__ = ["straight_states"]
+__all__ = ["least_duration", "straight_states"]
 
 _NANOSECOND = 1e-9
 """s."""
@@ -60,6 +60,26 @@ def straight_states(
     rise, hold, cruise = _whole(max(rise, shortest)), _whole(hold), _whole(cruise)
     jerk = length / (rise * (rise + hold) * (2.0 * rise + hold + cruise))
     return _states(path, jerk, (rise, hold, rise, cruise, rise, hold, rise))
+
+
+def least_duration(ways: NDArray[np.float64], limits: MotionLimits) -> float:
+    """Return the least time (s) in which positions go ``ways`` ``(n,)`` from rest to rest.
+
+    Each by itself: no path from one configuration to another is faster.
+    """
+    jerks = np.full(len(ways), np.inf) if limits.jerks is None else limits.jerks
+    least = 0.0
+    for way, *own in zip(
+        np.abs(ways).tolist(),
+        limits.velocities.tolist(),
+        limits.accelerations.tolist(),
+        jerks.tolist(),
+        strict=True,
+    ):
+        if way > 0.0:
+            rise, hold, cruise = _phases(way, *own)
+            least = max(least, 4.0 * rise + 2.0 * hold + cruise)
+    return least
 
 
 def _phases(length: float, v: float, a: float, jerk: float) -> tuple[float, float, float]:

@@ -61,6 +61,7 @@ GROUPS: dict[str, KernelGroup] = {
             (f"{_HERE}.deformable:find_deformable_contact",),
         ),
         KernelGroup("clouds", "clouds of points", (f"{_HERE}.clouds:ask_about_clouds",)),
+        KernelGroup("sensing", "images of depth", (f"{_HERE}.sensing:look_at_an_image",)),
         KernelGroup(
             "cameras", "images of cameras", (f"{_HERE}.cameras:render_images",), is_apart=True
         ),

@@ -58,6 +58,7 @@ def plan() -> None:
     from scene_graph_ros.planning import (
         MaxCliqueSolverViaBranchAndBound,
         plan_path,
+        plan_trajectory,
         PoseTarget,
         RobotDiagram,
         SceneGraphCollisionChecker,
@@ -94,5 +95,6 @@ def plan() -> None:
     time_path(checker, [[0.0], [0.5], [0.0]], MotionLimits(np.ones(1), np.ones(1), ("joint",)))
     soft = MotionLimits(np.ones(1), np.ones(1), ("joint",), jerks=np.ones(1))
     time_path(checker, [[0.0], [0.5]], soft, start_velocity=[0.1])
+    plan_trajectory(checker, [0.0], [1.0], soft)
     zmp = PiecewisePolynomial.first_order_hold([0.0, 1.0], [[0.0, 0.0], [1.0, 0.0]])
     ZmpPlanner().plan(zmp, np.zeros(4), 1.0)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from benchmarks.mesh_repairs import KINDS, measure, table_of
+from benchmarks.mesh_repairs import GAPS, KINDS, measure, table_of, table_of_tolerances
 
 
 def test_each_kind_is_measured_and_exact():
@@ -17,3 +17,11 @@ def test_each_kind_is_measured_and_exact():
     assert lines[2].split("|")[4].strip() == "1"
     with pytest.raises(KeyError):
         measure("no kind", 400)
+
+
+def test_gaps_are_closed_by_tolerances_above_their_width():
+    """What stays open has no inside, so its distances inside have the wrong sign."""
+    rows = [measure(kind, 400, tolerance) for kind in GAPS for tolerance in (1e-8, 1e-4)]
+    assert [row.is_closed for row in rows] == [False, True, False, True, True, True]
+    assert [row.error < 1e-5 for row in rows] == [False, True, False, True, True, True]
+    assert "| 1e-08 | no |" in table_of_tolerances(rows)[2]

@@ -1,12 +1,14 @@
-"""Paths for problems that others made: seventy of MotionBenchMaker's, ten of each set."""
+"""Paths and motions for problems that others made: ten of each set of MotionBenchMaker's."""
 
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from benchmarks.motions import ARM_LIMITS, least_time
 from benchmarks.plans import moveit_problems
-from scene_graph_ros.planning import plan_path
+from scene_graph_ros.planning import plan_path, plan_trajectory
+from scene_graph_ros.planning.trajectories import find_excess
 
 ARCHIVE = Path(__file__).with_name("motion_bench_maker_panda.tar.bz2")
 
@@ -19,6 +21,32 @@ SETS = (
     "table_pick",
     "table_under_pick",
 )
+
+
+SLOWEST = dict.fromkeys(SETS, 1.05) | {"cage": 1.15, "table_under_pick": 1.2}
+"""Of the least time without anything in the way: what the median of a set takes at most."""
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_motions_of_a_set_are_fast_within_limits_and_free(name):
+    """All are found; none of 100 configurations along each collides; five sets are within 5 %."""
+    shares = []
+    for problem in moveit_problems(ARCHIVE, sets=(name,)):
+        motion = plan_trajectory(
+            problem.checker, problem.start, problem.goal, ARM_LIMITS, group="arm", timeout=60
+        )
+        assert motion.is_success, motion.reason
+        ends = motion.points.positions[[0, -1]]
+        np.testing.assert_array_equal(ends, [problem.start, problem.goal])
+        tree = problem.checker.plan.tree
+        rows = np.array([tree.position_index(joint) for joint in ARM_LIMITS.names])
+        assert find_excess(motion.points.of(rows).trajectory(), ARM_LIMITS) is None
+        along = motion.trajectory.value(np.linspace(0.0, motion.duration, 100))
+        assert ((along >= tree.lower - 1e-9) & (along <= tree.upper + 1e-9)).all()
+        assert problem.checker.check_configs_collision_free(along).all()
+        shares.append(motion.duration / least_time(problem))
+    assert min(shares) >= 1.0 - 1e-9
+    assert np.median(shares) <= SLOWEST[name]
 
 
 @pytest.mark.parametrize("name", SETS)

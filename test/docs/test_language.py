@@ -24,6 +24,7 @@ CEILINGS = {
     "scene_graph_ros/replay": 1.0,
     "scene_graph_ros/robots": 1.5,
     "scene_graph_ros/scene_files": 1.0,
+    "scene_graph_ros/sensing": 2.0,
     "scene_graph_ros/trajectories": 1.0,
     "scene_graph_ros/views": 1.0,
     "scene_graph_ros/warmup": 1.0,

@@ -48,7 +48,12 @@ def test_every_topic_that_is_read_is_listed():
 def test_every_topic_that_is_published_is_listed():
     """Those of effects, cameras and diagnostics, and no other."""
     topics = {topic for effect in EFFECTS for topic in effect.topics}
-    topics |= {f"{CAMERAS}/<name>/...", names.TRANSFORMS, names.DIAGNOSTICS}
+    topics |= {
+        f"{CAMERAS}/<name>/...",
+        f"{names.SENSED}/<source>",
+        names.TRANSFORMS,
+        names.DIAGNOSTICS,
+    }
     assert first_cells(section("Topics that it publishes")) == topics
     cameras = (ROOT / "docs" / "cameras.md").read_text()
     for topic in {topic for topics in CAMERA_TOPICS.values() for topic in topics}:

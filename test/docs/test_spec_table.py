@@ -80,6 +80,29 @@ def test_each_decision_is_one_of_the_table():
     assert keys == {r["here"].removeprefix(DECISION) for r in ROWS if DECISION in r["here"]}
 
 
+BESIDE = PAGE.partition("\n## Beside the pages\n")[2].partition("\n## ")[0]
+PACKAGES = ("geometry", "planning", "trajectories")
+NAMED = [
+    name
+    for name in re.findall(r"`([\w.()]+)`", "".join(re.findall(r"^\|.*\|(.*)\|$", BESIDE, re.M)))
+    if name.partition(".")[0] in PACKAGES
+]
+
+
+@pytest.mark.parametrize("name", NAMED)
+def test_names_beside_the_pages_are_there(name):
+    """Of what the reference has beside its pages."""
+    resolve(f"scene_graph_ros.{name}")
+
+
+def test_the_table_beside_the_pages_was_read():
+    """One name or more of each row."""
+    rows = [line for line in BESIDE.splitlines() if line.startswith("| ")][2:]
+    assert len(rows) > 15
+    assert len(NAMED) > len(rows)
+    assert all(any(f"`{each}." in row for each in PACKAGES) for row in rows if "there" not in row)
+
+
 def test_what_is_not_there_is_found_out():
     """A class, a member, an argument and a field that nothing has."""
     for path in (

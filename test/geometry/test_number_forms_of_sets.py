@@ -68,6 +68,7 @@ NO_ARRAYS = {
         ("GeometryProperties.get_property_or_default", "default_value"),
         ("RenderQueries.get_render_engine_by_name", "name"),
         *(("RendererRegistry.has_renderer", "name"), ("SceneGraph.provide_queries", "query_type")),
+        ("yaml_dump_typed", "value"),
         *(("Rgba.from_value", "value"), ("make_phong_illustration_properties", "diffuse")),
     ),
     "for renderers, by the query object, which has checked them": (

@@ -85,6 +85,14 @@ OF_CLOUDS = (
     "scene_graph_ros.node.effects.field_markers",
     "scene_graph_ros.node.world.point_channel",
 )
+OF_DEPTH = (
+    "msg_adapters.depth_images",
+    "scene_graph_ros.sensing",
+    "scene_graph_ros.node.effects.sensed_points",
+    "scene_graph_ros.node.world.depth_channel",
+    "scene_graph_ros.node.world.depth_state",
+    "scene_graph_ros.node.world.pose_history",
+)
 OF_BOTH = (
     "scene_graph_ros.geometry.meshes.volume",
     "meshio",
@@ -142,10 +150,11 @@ cameras:
 def run(domain, tmp_path):
     """Run a node with a ball of given properties until all that is asked for has come."""
 
-    def run_with(properties, more=""):
+    def run_with(properties, more="", sources="{name: s}"):
         import json
 
-        (tmp_path / "scene.yaml").write_text(PLAIN.replace("%s", properties) + more)
+        text = PLAIN.replace("%s", properties).replace("{name: s}", sources, 1)
+        (tmp_path / "scene.yaml").write_text(text + more)
         done = subprocess.run(
             [sys.executable, "-c", PROGRAM, str(tmp_path / "scene.yaml")],
             env=environment(domain),
@@ -168,9 +177,9 @@ def test_nothing_is_imported_or_advertised_unasked(run, properties):
     assert report["got"] == ["contacts", "markers/illustration", "markers/proximity"]
     assert report["contacts"] == [1, 0]
     unwanted = OF_SURFACES + OF_DEFORMABLES + OF_BOTH + OF_CAMERAS + OF_BROWSER
-    unwanted += OF_PLANNING + OF_RECORDING + OF_REGIONS + OF_CLOUDS
+    unwanted += OF_PLANNING + OF_RECORDING + OF_REGIONS + OF_CLOUDS + OF_DEPTH
     assert [m for m in report["modules"] if m.startswith(unwanted)] == []
-    words = ("surface", "configurations", "camera", "region", "points")
+    words = ("surface", "configurations", "camera", "region", "points", "sensed")
     assert not [t for t in report["topics"] if any(word in t for word in words)]
     assert not [
         t for t in report["threads"] if any(w in t for w in ("camera", "browser", "recording"))
@@ -199,4 +208,15 @@ def test_clouds_come_with_the_first(run):
     report = run("", CLOUD)
     assert not [name for name in OF_CLOUDS if name not in report["modules"]]
     assert "/s/points" in report["topics"]
+    assert not [name for name in report["modules"] if name.startswith(OF_DEPTH)]
+    assert report["contacts"] == [2, 0]
+
+
+def test_images_of_depth_come_with_their_settings(run):
+    """Their modules, the topics of image and lens, and that of the points; none for a cloud."""
+    depth = "{name: s, depth: {image: eye/depth}}"
+    report = run("", CLOUD, sources=depth)
+    assert not [name for name in OF_DEPTH if name not in report["modules"]]
+    assert {"/eye/depth", "/eye/camera_info", "/scene_graph/sensed/s"} <= set(report["topics"])
+    assert "/s/points" not in report["topics"]
     assert report["contacts"] == [2, 0]

@@ -97,6 +97,36 @@ def test_a_trajectory_within_a_limit_of_jerk(action, joints):
     assert max(rates) == pytest.approx(20.0, rel=1e-3)
 
 
+def test_the_fastest_motion_to_a_goal(action, joints):
+    """On a rail it takes what it must: 1.5 / 1 + 1 / 2 + 2 / 20 s, and the path is there, too."""
+    limits = MotionLimits(
+        names=["rail"], max_velocities=[1.0], max_accelerations=[2.0], max_jerks=[20.0]
+    )
+    timed = {**TIMED, "limits": limits, "planner": "fastest"}
+    sent = Sent(action, goals=at(0.5), **timed)
+    result, status = sent.end()
+    assert (status, result.failure) == (GoalStatus.STATUS_SUCCEEDED, 0), result.reason
+    points = result.trajectory.points
+    assert seconds_of(points[-1]) == pytest.approx(2.1, rel=1e-6)
+    assert list(result.path.positions) == [-1.0, 0.5]
+    assert result.trajectory_clearance > 0.0
+
+
+def test_goals_of_the_fastest_motion_that_make_no_sense(action, joints):
+    """Without a trajectory, with a rise time; a goal that collides says so as a path's does."""
+    rise = Duration(nanosec=100_000_000)
+    for asked, words in (
+        ({}, "with_trajectory must be true for the planner 'fastest'"),
+        ({**TIMED, "rise_time": rise}, "rise_time must be 0 with the planner 'fastest'"),
+    ):
+        result, status = Sent(action, goals=at(0.5), planner="fastest", **asked).end()
+        assert status == GoalStatus.STATUS_ABORTED
+        assert result.status.code == Status.INVALID_ARGUMENT
+        assert words in result.status.message
+    beyond, _ = Sent(action, goals=at(50.0), planner="fastest", **TIMED).end()
+    assert beyond.failure == PlanPath.Result.GOAL_BEYOND_LIMITS
+
+
 def test_a_trajectory_by_another_retimer(action, client, joints):
     """Ruckig's way of 1.5 m with 1 m/s, 2 m/s^2 and 20 m/s^3 takes as long; few points say it."""
     limits = MotionLimits(

@@ -11,6 +11,7 @@ from searching import times
 
 from scene_graph_ros.geometry import Mesh
 from scene_graph_ros.geometry.meshes.sources import surface_of
+from scene_graph_ros.geometry.shapes.mesh_shape import REPAIR_TOLERANCE
 
 POINTS = 1400
 """Of each solid; half of them in its box, half within a tenth of its size from a face."""
@@ -89,34 +90,48 @@ def check_balls(rng, solid, mesh, centres, signed):
     return np.abs(found - expected) / solid.size, (found, expected, way, radii)
 
 
+def check_solid(seed):
+    """Hold a random solid to its bodies; return its largest error relative to the size, if any."""
+    rng = np.random.default_rng(seed)
+    solid = random_solid(rng)
+    single = rng.random() < 0.3
+    given, specks = with_specks(rng, solid)
+    vertices, faces = written(rng, given, single=single)
+    mesh = Mesh(vertices=vertices, faces=faces)
+    report = surface_of(mesh).report
+    assert report.is_closed, (seed, str(report))
+    if not single:
+        dropped = [r.count for r in report.repairs if r.kind.startswith("parts smaller")]
+        assert sum(dropped) == specks, (seed, str(report))
+    points = asked_points(rng, solid)
+    phi = signed_distances(mesh, points)
+    expected = distances(boundary(solid), points)
+    is_inside = inside(solid, points)
+    # Bodies of a millionth of the size have slits that the tolerance says to close.
+    is_pressed = any(repair.kind.startswith("slits") for repair in report.repairs)
+    sides = (REPAIR_TOLERANCE if is_pressed else SIDES) * solid.size
+    clear = expected > (sides_of_float32(solid) if single else sides)
+    wrong = ((phi < 0.0) != is_inside) & clear
+    assert not wrong.any(), (seed, points[wrong][0], str(report))
+    if single or is_pressed:
+        return None
+    worst = float(np.abs(np.abs(phi) - expected).max()) / solid.size
+    assert worst <= SLIVERS, (seed, worst, str(report))
+    signed = np.where(is_inside, -expected, expected)[:BALLS]
+    errors, values = check_balls(rng, solid, mesh, points[:BALLS], signed)
+    k = errors.argmax()
+    assert errors[k] <= SLIVERS, (seed, points[k], [v[k] for v in values], str(report))
+    return worst
+
+
 @pytest.mark.search
 def test_random_solids_have_the_sides_and_distances_of_their_bodies():
     """Nested, touching, turned, small, hollow bodies in any order, way, layout and precision."""
-    worst = []
-    for seed in range(times(15)):
-        rng = np.random.default_rng(seed)
-        solid = random_solid(rng)
-        single = rng.random() < 0.3
-        given, specks = with_specks(rng, solid)
-        vertices, faces = written(rng, given, single=single)
-        mesh = Mesh(vertices=vertices, faces=faces)
-        report = surface_of(mesh).report
-        assert report.is_closed, (seed, str(report))
-        if not single:
-            dropped = [r.count for r in report.repairs if r.kind.startswith("parts smaller")]
-            assert sum(dropped) == specks, (seed, str(report))
-        points = asked_points(rng, solid)
-        phi = signed_distances(mesh, points)
-        expected = distances(boundary(solid), points)
-        is_inside = inside(solid, points)
-        clear = expected > (sides_of_float32(solid) if single else SIDES * solid.size)
-        wrong = ((phi < 0.0) != is_inside) & clear
-        assert not wrong.any(), (seed, points[wrong][0], str(report))
-        if not single:
-            worst.append(np.abs(np.abs(phi) - expected).max() / solid.size)
-            assert worst[-1] <= SLIVERS, (seed, worst[-1], str(report))
-            signed = np.where(is_inside, -expected, expected)[:BALLS]
-            errors, values = check_balls(rng, solid, mesh, points[:BALLS], signed)
-            k = errors.argmax()
-            assert errors[k] <= SLIVERS, (seed, points[k], [v[k] for v in values], str(report))
+    worst = [error for seed in range(times(15)) if (error := check_solid(seed)) is not None]
     assert np.quantile(worst, 0.9) <= PLAIN
+
+
+@pytest.mark.parametrize("seed", [79, 651, 874, 1049, 1641, 2090, 2296])
+def test_solids_that_a_long_search_found_stay_right(seed):
+    """Nested along faces, slits within the tolerance, wedges and needles as thin as rounding."""
+    check_solid(seed)

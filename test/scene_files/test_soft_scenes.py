@@ -47,10 +47,10 @@ INNER = "v 0.1 0.1 0.1\nv 0.3 0.1 0.1\nv 0.1 0.3 0.1\nv 0.1 0.1 0.3\n"
 FACES = "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
 
 
-def apply(text):
+def apply(text, **options):
     """Register a scene given as text; return the inspector and what was loaded."""
     scene_graph = SceneGraph()
-    loaded = load_scene_text(text, label="f").apply(scene_graph)
+    loaded = load_scene_text(text, label="f").apply(scene_graph, **options)
     return scene_graph.model_inspector(), loaded
 
 
@@ -287,3 +287,71 @@ def test_a_source_says_where_its_points_come_from():
     assert "f:4" in said
     assert "source 'camera' has no point_cloud 'sean'" in said
     assert "seen" in said
+
+
+LOOKING = """
+version: 1
+sources:
+  - name: camera
+    depth: {image: ~/eye/depth/image, %s}
+  - {name: arm}
+frames:
+  - {name: wrist, source: camera}
+geometries:
+  - {name: seen, source: camera, shape: {type: point_cloud, radius: 0.1}}
+  - {name: more, source: camera, frame: wrist, shape: {type: point_cloud, radius: 0.1}}
+"""
+
+
+def test_a_source_says_how_its_images_of_depth_are_read():
+    """Topics, lens, frame, which pixels are points, and what is left of them; a prefix counts."""
+    said = (
+        "geometry: seen, frame: arm/hand, pose: {xyz: [1, 2, 3]}, rectified: true, rate: 5,"
+        " step: 3, range: [0.2, 4], remove: [arm], padding: 0.01, shadow: 4, margin: 0.05,"
+        " expires: 20, region: {lower: [-1, -2, -3], upper: [1, 2, 3]}, floor: 0.5"
+    )
+    _, loaded = apply(LOOKING % said, prefix="left_")
+    camera = loaded.sources["left_camera"]
+    depth = camera.depth
+    assert (depth.image_topic, depth.info_topic) == (
+        "~/eye/depth/image", "~/eye/depth/camera_info"
+    )  # fmt: skip
+    assert (camera.cloud, depth.frame, depth.is_rectified) == ("seen", "left_arm/hand", True)
+    assert depth.X_FC[:3, 3].tolist() == [1.0, 2.0, 3.0]
+    assert (depth.rate, depth.step, depth.near, depth.far) == (5.0, 3, 0.2, 4.0)
+    assert (depth.remove, depth.padding, depth.shadow) == (("left_arm",), 0.01, 4)
+    assert (depth.margin, depth.expires) == (0.05, 20.0)
+    assert (depth.lower, depth.upper) == ((-1.0, -2.0, 0.5), (1.0, 2.0, 3.0))
+    _, loaded = apply(LOOKING % "geometry: seen, info: eye/lens")
+    depth = loaded.sources["camera"].depth
+    assert (depth.info_topic, depth.frame, depth.remove) == ("eye/lens", "", None)
+    assert (depth.expires, depth.lower, depth.upper[0]) == (0.0, (-np.inf,) * 3, np.inf)
+    assert loaded.sources["arm"].depth is None
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ("geometry: sean", "no point_cloud 'sean'"),
+        ("geometry: more", "'more' is on frame 'wrist'"),
+        ("geometry: seen, remove: [arn]", "no source 'arn'"),
+        ("geometry: seen, range: [2, 1]", "2 must be less than 1"),
+        ("geometry: seen, step: 0", "step: must be at least 1, got 0"),
+        ("geometry: seen, pose: {xyz: [0, 0, 1]}", "pose needs the frame"),
+        ("geometry: seen, region: {lower: [0, 0, 0], upper: [1, 0, 1]}", "on each axis"),
+        ("geometry: seen, expires: 0", "expires: must be positive, got 0"),
+        ("geometry: seen, voxel: 1", "unknown key"),
+    ],
+)
+def test_settings_of_images_that_cannot_be_are_found_in_the_file(settings, said):
+    """With the line, and a name that may be meant."""
+    found = problem(LOOKING % settings)
+    assert "f:5" in found
+    assert said in found
+
+
+def test_points_and_images_fill_one_cloud_only_one_way():
+    """A source that says both is refused."""
+    text = LOOKING % "geometry: seen"
+    both = text.replace("  - name: camera\n", "  - name: camera\n    points: {topic: p}\n")
+    assert "give points or depth" in problem(both)

@@ -42,6 +42,10 @@ def _poses():
     return PiecewisePose.make_linear(T, POSES)
 
 
+def _spline():
+    return BsplineTrajectory.clamped_uniform(SOME, 2, 0.0, 4.0)
+
+
 def _slerp():
     return PiecewiseQuaternionSlerp(T, TURNS)
 
@@ -51,6 +55,11 @@ CURVE_AT = {
     "DiscreteTimeTrajectory.value": lambda: DiscreteTimeTrajectory(T, SOME).value,
     "FunctionHandleTrajectory.value": (
         lambda: FunctionHandleTrajectory(lambda t: [t, t * t], 2).value
+    ),
+    "BsplineTrajectory.evaluate_linear_in_control_points": (
+        lambda: (
+            BsplineTrajectory.clamped_uniform(SOME, 2, 0.0, 2.0).evaluate_linear_in_control_points
+        )
     ),
     "PiecewisePose.value": lambda: _poses().value,
     "PiecewisePose.get_pose": lambda: _poses().get_pose,
@@ -68,6 +77,16 @@ CALLS = {
         name: ((lambda w, t, method=method: method()(t)), {"t": T})
         for name, method in CURVE_AT.items()
     },
+    "BsplineTrajectory.insert_knots": (
+        lambda w, additional_knots: _spline().insert_knots(additional_knots).control_points,
+        {"additional_knots": [1.0, 3, 2]},
+    ),
+    "PiecewisePolynomial.integral": (
+        lambda w, value_at_start_time: (
+            PiecewisePolynomial.first_order_hold(T, SOME).integral(value_at_start_time).value(0.5)
+        ),
+        {"value_at_start_time": [1.0, 2]},
+    ),
     **{
         f"PiecewisePolynomial.{name}": (_of(PiecewisePolynomial, name), arrays)
         for name, arrays in {

@@ -6,10 +6,12 @@ import numpy as np
 
 from scene_graph_ros.planning import (
     build_roadmap,
+    compute_collision_avoidance_displacement,
     CspaceFreeBox,
     CspaceFreePolytope,
     DirectCollocation,
     DirectCollocationConstraint,
+    DofMask,
     Dynamics,
     inverse_kinematics,
     iris_in_configuration_space,
@@ -17,6 +19,7 @@ from scene_graph_ros.planning import (
     MaxCliqueSolverViaMip,
     NonlinearProgram,
     plan_through_regions,
+    plan_trajectory,
     PoseTarget,
     regions_along,
     regions_around,
@@ -31,10 +34,13 @@ from scene_graph_ros.trajectories import BezierCurve, MotionLimits
 
 __all__ = ["CALLS", "INFINITE", "REFUSALS_ONLY"]
 
-INFINITE = {"ub", "deviation", "jacobian", "lower", "upper", "of_x", "of_u"}
+INFINITE = {"ub", "deviation", "jacobian", "lower", "upper", "of_x", "of_u"} | {
+    *("full_array", "selected_values"),  # limits may be
+}
 """Arguments that may be infinite, as what is beyond all floats is."""
 
 Q1, Q2 = [1.0, 2], [3.0, 5]
+PATH_OF_3 = [[1.0, 2, 3], [4, 5, 6]]
 PATH = [[1.0, 2], [1, 3], [2, 3]]
 TURNED = [[0.0, -1, 0, 3], [1, 0, 0, 4], [0, 0, 1, 0], [0, 0, 0, 1]]
 BOUNDS = {"lb": [-1.0, -2], "ub": [3.0, 4]}
@@ -101,19 +107,21 @@ def _inertias(model):
     return tree_inertias(model, model.kinematic_tree())
 
 
+def _limits(w):
+    """Return limits of all positions, of jerk, too."""
+    names = w.tree.position_names
+    velocities = dict.fromkeys(names, 9.0)
+    return MotionLimits.of_tree(w.tree, velocities=velocities, accelerations=9.0, jerks=50.0)
+
+
 def _timed(**more):
     """Return a call of ``time_path`` with some of its options."""
+    return lambda w, **arrays: time_path(w.free, PATH, _limits(w), **arrays, **more).duration
 
-    def call(w, **arrays):
-        limits = MotionLimits.of_tree(
-            w.tree,
-            velocities=dict.fromkeys(w.tree.position_names, 9.0),
-            accelerations=9.0,
-            jerks=50.0,
-        )
-        return time_path(w.free, PATH, limits, **arrays, **more).duration
 
-    return call
+def _duration(w, start, goal, start_velocity, start_acceleration):
+    rates = {"start_velocity": start_velocity, "start_acceleration": start_acceleration}
+    return plan_trajectory(w.free, start, goal, _limits(w), **rates).duration
 
 
 def _placed(w, X_JcC):
@@ -128,7 +136,32 @@ def _appended(w, jacobian):
     return table.jacobians
 
 
+def _efforts(w, **arrays):
+    """Return the bounds of a robot's effort along a line."""
+    problem = KinematicTrajectoryOptimization(1, 5)
+    dynamics = Dynamics.of_robot(load_urdf(HEAVY.format(kind="prismatic")))
+    return _bounds_of(problem.add_effort_bounds_at_normalized_times(dynamics, **arrays))
+
+
+MASK = DofMask([True, False, True])
+
 CALLS = {
+    "KinematicCurve.add_effort_bounds_at_normalized_times": (
+        _efforts,
+        {"s": [0.0, 1], "lb": [-1.0], "ub": [2.0]},
+    ),
+    "DofMask.get_from_array": (
+        lambda w, full_array: MASK.get_from_array(full_array),
+        {"full_array": PATH_OF_3},
+    ),
+    "DofMask.set_in_array": (
+        lambda w, **arrays: MASK.set_in_array(**arrays),
+        {"selected_values": [[7.0, 8], [9, 1]], "full_array": PATH_OF_3},
+    ),
+    "compute_collision_avoidance_displacement": (
+        lambda w, q: compute_collision_avoidance_displacement(w.checker, q, 0.0, 1.0),
+        {"q": Q1},
+    ),
     **{
         f"KinematicCurve.add_{name}_bounds": (_curve(f"add_{name}_bounds"), BOUNDS)
         for name in ("position", "velocity", "acceleration", "jerk")
@@ -191,6 +224,15 @@ CALLS = {
             inverse_kinematics(w.free, PoseTarget("left/ball", np.eye(4)), near=near).nearest
         ),
         {"near": Q1},
+    ),
+    "plan_trajectory": (
+        _duration,
+        {
+            "start": Q1,
+            "goal": Q2,
+            "start_velocity": [0.0, 1],
+            "start_acceleration": [0.0, 1],
+        },
     ),
     "time_path": (
         _timed(),

@@ -70,6 +70,17 @@ def convex_body(points):
     return Body(points, np.array(faces), np.array(normals), np.array(offsets))
 
 
+def moved(body, R, scale, origin):
+    """Return a body moved by origin, turned and scaled, with the same triangles.
+
+    Planes that are found anew, far from a small body, would be off by rounding, and a triangle
+    may then be of two faces.
+    """
+    vertices = (body.vertices + origin) @ R.T * scale
+    normals = body.normals @ R.T
+    return Body(vertices, body.faces, normals, (vertices @ normals.T).max(axis=0))
+
+
 def shape_points(rng):
     """Return the corners of a box, a prism (a cylinder) or a random hull, of size 1 or so."""
     kind = rng.integers(4)
@@ -168,15 +179,17 @@ def random_solid(rng):
             points = nested_points(rng, bodies[-1], rng.uniform(0.4, 0.9))
         else:
             corner = last.vertices[rng.integers(len(last.vertices))]
-            points = points * 10.0 ** rng.uniform(-6, 0) + corner
-        bodies.append(convex_body(points))
+            small = moved(convex_body(points), np.eye(3), 10.0 ** rng.uniform(-6, 0), 0.0)
+            bodies.append(moved(small, np.eye(3), 1.0, corner))
+        if how != "sizes":
+            bodies.append(convex_body(points))
         turned.append(bool(how == "hollow" and rng.random() < 0.6))
     if how == "hollow" and rng.random() < 0.5:
         bar = shape_points(rng) * np.array([0.1, 0.1, 4.0])
         bodies.append(convex_body(bar @ rotation(rng).T))
         turned.append(False)
     R, scale, origin = rotation(rng), 10.0 ** rng.uniform(-3, 3), rng.normal(size=3)
-    bodies = [convex_body((b.vertices + origin) @ R.T * scale) for b in bodies]
+    bodies = [moved(body, R, scale, origin) for body in bodies]
     return solid_of_bodies(bodies, turned, has_common_edges=how == "lattice")
 
 

@@ -45,6 +45,7 @@ from scene_graph_ros.geometry.perception import (
     ColorRenderCamera,
     DepthRange,
     DepthRenderCamera,
+    EnvironmentMap,
     ExactRenderEngine,
     RenderCameraCore,
 )
@@ -336,6 +337,14 @@ CALLS = {
     "SurfaceMesh.__init__": (
         lambda vertices, triangles: SurfaceMesh(vertices, triangles).vertices,
         {"vertices": CORNERS, "triangles": [[0, 2, 1], [0, 1, 3]]},
+    ),
+    "SurfaceMesh.calc_barycentric": (
+        lambda p_MQ: SurfaceMesh(CORNERS, [[0, 1, 2]]).calc_barycentric(p_MQ, 0),
+        {"p_MQ": [[1.0, 2, 3], [0, 1, 0]]},
+    ),
+    "EnvironmentMap.__init__": (
+        lambda texture: EnvironmentMap(texture).texture,
+        {"texture": [[[1.0, 2, 3], [0, 1, 0]], [[0, 0, 1], [4, 5, 6]]]},
     ),
     "SurfaceMesh.cartesian_from_barycentric": (
         lambda weights: SurfaceMesh(CORNERS, [[0, 1, 2]]).cartesian_from_barycentric(0, weights),

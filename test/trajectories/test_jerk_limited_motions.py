@@ -12,8 +12,10 @@ from scene_graph_ros.planning.trajectories import (
 from scene_graph_ros.trajectories.jerk_limited import sample_jerk_limited
 
 
-@pytest.mark.parametrize(("seed", "best"), [(0, 2.0597), (1, 1.4879), (2, 1.9250)])
-def test_a_curve_takes_hardly_longer_than_the_best_motion(seed, best):
+@pytest.mark.parametrize(
+    ("seed", "best", "longer"), [(0, 2.0597, 1.02), (1, 1.4879, 1.06), (2, 1.9250, 1.09)]
+)
+def test_a_curve_takes_hardly_longer_than_the_best_motion(seed, best, longer):
     """IPOPT may be too fast between 150 or 60 jerks: `benchmarks.jerk_limited_optimum`.
 
     Ours is within all limits at all times.
@@ -22,7 +24,7 @@ def test_a_curve_takes_hardly_longer_than_the_best_motion(seed, best):
     found = sample_jerk_limited(curve, limits)
     assert found.excess is None
     assert find_excess(found.points.trajectory(), limits) is None
-    assert 0.99 * best <= found.points.duration <= 1.1 * best
+    assert 0.99 * best <= found.points.duration <= longer * best
 
 
 @pytest.mark.parametrize("way", [10.0, 1.0, 0.1, 1e-3, 1e-6])

@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from scene_graph_ros.geometry.errors import InvalidPoseError
 from scene_graph_ros.trajectories import (
     BezierCurve,
+    BsplineTrajectory,
     DiscreteTimeTrajectory,
     FunctionHandleTrajectory,
     PiecewisePolynomial,
@@ -257,3 +258,76 @@ def test_what_makes_no_curve_is_refused(make, says):
     """By name."""
     with pytest.raises(TrajectoryError, match=says):
         make()
+
+
+def test_an_integral_goes_on_and_has_the_curve_as_its_derivative():
+    """Of steps, lines and cubics; of t^2 from 0 to 3 it is 9, in any pieces."""
+    steps = PiecewisePolynomial.zero_order_hold(TIMES, SAMPLES)
+    for curve in (steps, steps.integral(), PiecewisePolynomial.first_order_hold(TIMES, SAMPLES)):
+        whole = curve.integral([1.0, 2.0, 3.0])
+        assert whole.degree == curve.degree + 1
+        np.testing.assert_allclose(whole.value(TIMES[0]), [1.0, 2.0, 3.0], atol=1e-15)
+        np.testing.assert_allclose(whole.derivative().value(ASKED), curve.value(ASKED), atol=1e-12)
+        before, after = whole.control_points[:-1, -1], whole.control_points[1:, 0]
+        np.testing.assert_allclose(before, after, atol=1e-13)
+    square = PiecewisePolynomial([0.0, 1.0, 3.0], [[[0.0], [0.0], [1.0]], [[1.0], [3.0], [9.0]]])
+    assert square.integral().value(3.0) == pytest.approx(9.0, rel=1e-15)
+    with pytest.raises(TrajectoryError, match=r"value_at_start_time must be a number or"):
+        steps.integral([1.0])
+
+
+def test_a_slice_has_the_segments_at_their_times():
+    """And none that are not there."""
+    curve = PiecewisePolynomial.cubic_shape_preserving(TIMES, SAMPLES)
+    part = curve.slice(1, 2)
+    assert (part.start_time, part.end_time) == (0.9, 2.3)
+    at = np.linspace(0.9, 2.299, 50)
+    np.testing.assert_array_equal(part.value(at), curve.value(at))
+    for first, count in ((0, 0), (4, 1), (2, 3)):
+        with pytest.raises(TrajectoryError, match="must name one or more of 4 segments"):
+            curve.slice(first, count)
+    with pytest.raises(TrajectoryError, match="start_segment_index"):
+        curve.slice(-1, 1)
+
+
+@pytest.mark.parametrize("degree", [0, 1, 3, 5])
+def test_knots_are_inserted_without_moving_the_curve(degree):
+    """Between knots, on them, at the start, and as often as they may come."""
+    curve = BsplineTrajectory.clamped_uniform(RNG.normal(size=(8, 2)), degree, 1.0, 3.0)
+    at = np.linspace(1.0, 3.0, 400)
+    inner = float(np.unique(curve.knots)[2])
+    for more in ([1.7], [2.2, 1.3, *[2.2] * min(degree, 1)], [inner] * degree, 1.7, []):
+        finer = curve.insert_knots(more)
+        assert len(finer.control_points) == 8 + np.size(more)
+        np.testing.assert_allclose(finer.value(at), curve.value(at), atol=1e-13)
+    open_ends = BsplineTrajectory(np.arange(9.0 + degree), RNG.normal(size=(8, 2)))
+    ends = [open_ends.start_time, open_ends.end_time]
+    at = np.linspace(*ends, 300)
+    finer = open_ends.insert_knots(ends if degree else [])  # where they are one too many
+    np.testing.assert_allclose(finer.value(at), open_ends.value(at), atol=1e-12)
+    with pytest.raises(TrajectoryError, match=f"at most degree \\+ 1 = {degree + 1} times, 3.0"):
+        curve.insert_knots([3.0] * (degree + 1))
+    for wrong in ([0.9], [3.1]):
+        with pytest.raises(TrajectoryError, match=r"must be from 1\.0 to 3\.0"):
+            curve.insert_knots(wrong)
+    with pytest.raises(TrajectoryError, match="shape"):
+        curve.insert_knots([[1.5]])
+
+
+def test_derivatives_are_linear_in_control_points():
+    """Of both kinds of curves, any order of derivative, at one time and at many."""
+    spline = BsplineTrajectory.clamped_uniform(RNG.normal(size=(9, 3)), 4, 0.5, 4.0)
+    bezier = BezierCurve(0.5, 4.0, RNG.normal(size=(6, 3)))
+    for order in range(6):
+        for curve in (spline, bezier):
+            points = curve.as_linear_in_control_points(order) @ curve.control_points
+            np.testing.assert_allclose(points, curve.derivative(order).control_points, atol=1e-9)
+        weights = spline.evaluate_linear_in_control_points(ASKED, order)
+        expected = spline.derivative(order).value(ASKED)
+        np.testing.assert_allclose(weights @ spline.control_points, expected, atol=1e-9)
+    at = spline.evaluate_linear_in_control_points(2.0)
+    np.testing.assert_allclose(at @ spline.control_points, spline.value(2.0), atol=1e-13)
+    assert at.sum() == pytest.approx(1.0)
+    for curve in (spline, bezier):
+        with pytest.raises(TrajectoryError, match="derivative_order"):
+            curve.as_linear_in_control_points(-1)

@@ -86,10 +86,7 @@ class GraphOfConvexSets:
         if set.is_empty():
             raise ConvexSetError(f"{_set_of(name)}, {quoted(set)}, is empty; leave the vertex out")
         number = next(self._numbers)
-        vertex = Vertex(number, set, name or f"v{number}", self._edges)
-        self._ends = None
-        self._vertices[number] = vertex
-        return vertex
+        return self._put_vertex(Vertex(number, set, name or f"v{number}", self._edges))
 
     def add_edge(self, u: Vertex, v: Vertex, name: str = "") -> Edge:
         """Add an edge from one vertex to another; there may be several between the same two."""
@@ -100,11 +97,80 @@ class GraphOfConvexSets:
                 f"GraphOfConvexSets.add_edge: u and v are both {u.name!r}; an edge leads elsewhere"
             )
         number = next(self._numbers)
-        edge = Edge(number, u, v, name or f"e{number}", self._phi)
-        u._outgoing[number] = v._incoming[number] = edge
+        return self._put_edge(Edge(number, u, v, name or f"e{number}", self._phi))
+
+    def _put_vertex(self, vertex: Vertex) -> Vertex:
+        self._ends = None
+        self._vertices[vertex.id] = vertex
+        return vertex
+
+    def _put_edge(self, edge: Edge) -> Edge:
+        number = edge.id
+        edge.u._outgoing[number] = edge.v._incoming[number] = edge
         self._ends = None
         self._edges.now()[number] = edge
         return edge
+
+    def add_vertex_from_template(self, template: Vertex) -> Vertex:
+        """Add a vertex with the set, name, costs and constraints of one of this or another graph.
+
+        Raises ConvexSetError for what is no vertex.
+        """
+        if not isinstance(template, Vertex):
+            raise ConvexSetError(
+                "GraphOfConvexSets.add_vertex_from_template: template must be a Vertex, not"
+                f" {quoted(template)}"
+            )
+        vertex = Vertex(next(self._numbers), template.set, template.name, self._edges)
+        vertex._take_terms(template, {template.id: vertex.id})
+        return self._put_vertex(vertex)
+
+    def add_edge_from_template(self, u: Vertex, v: Vertex, template: Edge) -> Edge:
+        """Add an edge from u to v with the name, costs and constraints of one of any graph.
+
+        Whether that has to be on the path is not taken. Raises ConvexSetError for what is no edge,
+        and where u or v have other dimensions than its vertices.
+        """
+        if not isinstance(template, Edge):
+            raise ConvexSetError(
+                "GraphOfConvexSets.add_edge_from_template: template must be an Edge, not"
+                f" {quoted(template)}"
+            )
+        self._check_vertex(u, "add_edge_from_template: u")
+        self._check_vertex(v, "add_edge_from_template: v")
+        for name, own, given in (("u", u, template.u), ("v", v, template.v)):
+            if own.ambient_dimension != given.ambient_dimension:
+                raise ConvexSetError(
+                    f"GraphOfConvexSets.add_edge_from_template: {name} has dimension"
+                    f" {own.ambient_dimension}, that of the template {given.ambient_dimension}"
+                )
+        if u is v:
+            raise ConvexSetError(
+                f"GraphOfConvexSets.add_edge_from_template: u and v are both {u.name!r}; an edge"
+                " leads elsewhere"
+            )
+        edge = Edge(next(self._numbers), u, v, template.name, self._phi)
+        edge._take_terms(template, {template.u.id: u.id, template.v.id: v.id})
+        return self._put_edge(edge)
+
+    def clone(self) -> GraphOfConvexSets:
+        """Return another graph with the same vertices and edges, costs and constraints.
+
+        In the same order and with the same numbers, so results of one are understood by the other,
+        and expressions of one may be added to the other.
+        """
+        copy, last = GraphOfConvexSets(), -1
+        for vertex in self.vertices:
+            own = copy._put_vertex(Vertex(vertex.id, vertex.set, vertex.name, copy._edges))
+            own._take_terms(vertex, {})
+            last = max(last, vertex.id)
+        for edge in self.edges:
+            u, v = copy._vertices[edge.u.id], copy._vertices[edge.v.id]
+            copy._put_edge(Edge(edge.id, u, v, edge.name, copy._phi))._take_terms(edge, {})
+            last = max(last, edge.id)
+        copy._phi.update(self._phi)
+        copy._numbers = itertools.count(last + 1)
+        return copy
 
     def remove_vertex(self, vertex: Vertex) -> None:
         """Remove a vertex and all its edges. Raises ConvexSetError unless it is of this graph."""

@@ -22,6 +22,9 @@ _FEW_MEMBERS = 8
 _MOST_BOX_DIMENSIONS = 4
 """A box's corners are twice as many with each dimension, its rows two more."""
 
+_DRAWN_IN = 1e-6
+"""Of the way to a point of its set: so much a rounded point is moved, half of it to be inside."""
+
 
 class ConvexHull(ConvexSet):
     """The smallest convex set that holds all ``sets``; of unbounded ones, closed. Empty of none.
@@ -61,7 +64,17 @@ class ConvexHull(ConvexSet):
 
     def _hull_of_points(self) -> Callable[[np.ndarray], ConvexSet] | None:
         is_exact = all(_own_corners(each) is not None for each in self._participating)
-        return VPolytope if is_exact else None
+        return VPolytope if is_exact else self._hull_of_inner_points
+
+    def _hull_of_inner_points(self, points: np.ndarray) -> ConvexSet:
+        """Return the hull of points ``(k, n)`` drawn into the sets, where these surely are."""
+        inner = [np.zeros((0, self.ambient_dimension))]
+        for each in self._participating:
+            start = each.maybe_get_feasible_point()
+            if start is not None:
+                is_in = each.point_in_set(start + (1.0 - 0.5 * _DRAWN_IN) * (points - start), 0.0)
+                inner.append(start + (1.0 - _DRAWN_IN) * (points[is_in] - start))
+        return VPolytope(np.concatenate(inner))
 
     def _is_quickly_empty(self) -> bool:
         return all(each.is_empty() for each in self._participating)

@@ -13,6 +13,11 @@ from scene_graph_ros.geometry.tolerances import HULL_COPLANARITY, HULL_FLATNESS
 __all__ = ["Hull", "convex_hull", "triangles_of_hull"]
 
 
+_APART = (0.0, 1e-13, 1e-12)
+"""Relative to the extent, tried in turn: points that are nearer to each other count as one. With
+corners of needles qhull may give up, or faces be left that have no area."""
+
+
 class Hull(NamedTuple):
     """One convex hull. Faces are polygons, counter-clockwise seen from outside.
 
@@ -52,18 +57,32 @@ def convex_hull(points: np.ndarray) -> Hull:
         raise MeshError(f"points for a convex hull: row {row} is not finite: {points[row]}")
     points = distinct_rows(points).rows
     extent = float(np.max(points.max(axis=0) - points.min(axis=0)))
-    # A set that qhull finds too flat for a solid is treated as flat; each step accepts more.
-    for flatness in HULL_FLATNESS:
-        axes = _spanning_axes(points, flatness * extent)
-        if len(axes) < 3:
-            return _flat_hull(points, axes, HULL_COPLANARITY * extent)
-        try:
-            faces = _solid_faces(points, HULL_COPLANARITY * extent)
-        except _TooFlatError as error:
-            reason = error
-            continue
-        return _assemble(points, faces, [])
+    for apart in _APART:
+        kept = _thinned(points, apart * extent) if apart else points
+        # A set that qhull finds too flat for a solid is treated as flat; each step accepts more.
+        for flatness in HULL_FLATNESS:
+            axes = _spanning_axes(kept, flatness * extent)
+            if len(axes) < 3:
+                return _flat_hull(kept, axes, HULL_COPLANARITY * extent)
+            try:
+                faces = _solid_faces(kept, HULL_COPLANARITY * extent)
+            except _TooFlatError as error:
+                reason = error
+                continue
+            return _assemble(kept, faces, [])
     raise MeshError(f"no convex hull of {len(points)} points: {reason}")
+
+
+def _thinned(points: np.ndarray, apart: float) -> np.ndarray:
+    """Return points (k, 3) of which one is left where several are no further apart."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import cKDTree
+
+    n, pairs = len(points), cKDTree(points).query_pairs(apart, output_type="ndarray")
+    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
+    _, group = connected_components(graph, directed=False)
+    return np.ascontiguousarray(points[np.unique(group, return_index=True)[1]])
 
 
 def triangles_of_hull(hull: Hull) -> np.ndarray:
@@ -84,7 +103,7 @@ def triangles_of_hull(hull: Hull) -> np.ndarray:
 
 
 class _TooFlatError(Exception):
-    """Qhull found no solid simplex among the points."""
+    """Qhull found no solid among the points, or one with faces that have no area."""
 
 
 def _flat_hull(points: np.ndarray, axes: np.ndarray, tolerance: float) -> Hull:
@@ -184,6 +203,8 @@ def _solid_faces(points: np.ndarray, tolerance: float) -> list[np.ndarray]:
         else:
             used = np.unique(triangles[members])
             faces.append(used[_polygon(points[used], normals[seed], tolerance)])
+    if min(map(len, faces)) < 3:
+        raise _TooFlatError("a face has two corners")
     return faces
 
 

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.io import checked_mesh, read_mesh
+from scene_graph_ros.geometry.meshes.mesh_points import checked_element, checked_points
 from scene_graph_ros.geometry.meshes.surfaces import is_closed_surface
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array
@@ -117,6 +118,26 @@ class SurfaceMesh:
     def bounding_box(self) -> tuple[FloatArray, FloatArray]:
         """Return the lower and the upper corner ``(3,)`` of the box around all vertices."""
         return self._vertices.min(axis=0), self._vertices.max(axis=0)
+
+    def calc_barycentric(self, p_MQ: ArrayLike, triangle: int) -> FloatArray:
+        """Return the barycentric weights ``(3,)`` of point Q's projection to a triangle's plane.
+
+        They add up to 1, and all are at least 0 where that is in the triangle. ``(m, 3)`` of
+        points ``(m, 3)``. Raises MeshError for a triangle that is not there or has no area, and
+        for points that are not finite.
+        """
+        points = checked_points(p_MQ, "calc_barycentric")
+        t = checked_element(triangle, self.num_triangles, "calc_barycentric: triangle")
+        if not self.areas[t] > 0.0:
+            raise MeshError(f"calc_barycentric: triangle {t} has no area")
+        corners = self._vertices[self._triangles[t]]
+        # Of two areas each, and the third from the sum: as exact as the corners are.
+        normal = self._area_vectors[t] / float(self.areas[t]) ** 2
+        arms = corners - points[..., np.newaxis, :]
+        doubled = np.stack(
+            [np.cross(arms[..., k - 2, :], arms[..., k - 1, :]) for k in range(3)], axis=-2
+        )
+        return np.asarray(0.5 * np.sum(doubled * normal, axis=-1), dtype=np.float64)
 
     def cartesian_from_barycentric(self, triangle: int, weights: ArrayLike) -> FloatArray:
         """Return ``(3,)``, the point of a triangle with barycentric ``weights`` (3,).

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.errors import MeshError
+from scene_graph_ros.geometry.meshes.mesh_points import checked_element, checked_points
 
 __all__ = ["VolumeMesh"]
 
@@ -136,6 +137,21 @@ class VolumeMesh:
     def is_on_boundary(self) -> NDArray[np.bool_]:
         """Return (v,) whether a boundary triangle uses the vertex."""
         return self._on_boundary
+
+    def calc_barycentric(self, p_MQ: ArrayLike, tetrahedron: int) -> FloatArray:
+        """Return the barycentric weights ``(4,)`` of a point Q; at least 0 where it is inside.
+
+        They add up to 1. ``(m, 4)`` of points ``(m, 3)``. Raises MeshError for a tetrahedron that
+        is not there, and for points that are not finite.
+        """
+        points = checked_points(p_MQ, "calc_barycentric")
+        t = checked_element(tetrahedron, self.num_tetrahedra, "calc_barycentric: tetrahedron")
+        corners = self._vertices[self._tetrahedra[t]]
+        arms = corners - points[..., np.newaxis, :]
+        volume = 6.0 * float(self.volumes()[t])
+        faces = np.moveaxis(arms[..., _FACES, :], -2, 0)
+        parts = np.sum(np.cross(faces[0], faces[1]) * faces[2], axis=-1)
+        return np.asarray(parts / volume, dtype=np.float64)
 
     def bounding_box(self) -> tuple[FloatArray, FloatArray]:
         """Return the lower and the upper corner ``(3,)`` of the box around all vertices."""

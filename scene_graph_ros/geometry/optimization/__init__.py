@@ -85,6 +85,7 @@ if TYPE_CHECKING:
     from scene_graph_ros.convex.sets.point import Point
     from scene_graph_ros.convex.sets.spectrahedron import Spectrahedron
     from scene_graph_ros.convex.sets.v_polytope import VPolytope
+    from scene_graph_ros.convex.typed_yaml import yaml_dump_typed, yaml_load_typed
     from scene_graph_ros.convex.volumes.sampled_volume import SampledVolume
     from scene_graph_ros.convex.volumes.sampling import UniformSamples
     from scene_graph_ros.convex.volumes.volume_interval import VolumeInterval
@@ -155,6 +156,8 @@ __all__ = [
     "scene_obstacles",
     "second_order_cone",
     "sum_squares",
+    "yaml_dump_typed",
+    "yaml_load_typed",
 ]
 
 _MODULES = {
@@ -248,6 +251,7 @@ _MODULES = {
     "sets.point": ("Point",),
     "sets.spectrahedron": ("Spectrahedron",),
     "sets.v_polytope": ("VPolytope",),
+    "typed_yaml": ("yaml_dump_typed", "yaml_load_typed"),
     "volumes.sampled_volume": ("SampledVolume",),
     "volumes.sampling": ("UniformSamples",),
     "volumes.volume_interval": ("VolumeInterval",),

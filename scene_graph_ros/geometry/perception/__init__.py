@@ -27,6 +27,7 @@ from scene_graph_ros.geometry.perception.exact.exact_render_engine import ExactR
 from scene_graph_ros.geometry.perception.gltf.gltf_client_render_engine import (
     GltfClientRenderEngine,
 )
+from scene_graph_ros.geometry.perception.traced.environment_map import EnvironmentMap
 from scene_graph_ros.geometry.perception.traced.lights import LightParameter
 from scene_graph_ros.geometry.perception.traced.traced_render_engine import TracedRenderEngine
 
@@ -40,6 +41,7 @@ __all__ = [
     "DepthCameraProperties",
     "DepthRange",
     "DepthRenderCamera",
+    "EnvironmentMap",
     "ExactRenderEngine",
     "GltfClientRenderEngine",
     "ImageKind",

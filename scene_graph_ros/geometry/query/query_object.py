@@ -16,6 +16,7 @@ from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
 from scene_graph_ros.geometry.model.no_copies import NotCopied
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.snapshot import Snapshot
+from scene_graph_ros.geometry.query.boxes import compute_aabb_in_world
 from scene_graph_ros.geometry.query.candidates import ask as candidates
 from scene_graph_ros.geometry.query.distance import ask as distance
 from scene_graph_ros.geometry.query.memo import Memo
@@ -128,6 +129,17 @@ class QueryObject(RenderQueries, NotCopied):
     def get_pose_in_parent(self, frame_id: FrameId) -> NDArray[np.float64]:
         """Return ``X_PF`` ``(4, 4)`` in the parent frame. Raises UnknownIdError."""
         return self._provider.snapshot.pose_in_parent(frame_id)
+
+    def compute_aabb_in_world(
+        self, geometry_id: GeometryId
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+        """Return the lower and the upper corner ``(3,)`` in W of a box around a geometry, in m.
+
+        It is tight but for rounding, and but for hulls of many vertices, of whose box in G it is
+        the box. None for half spaces and for clouds without points. Raises UnknownIdError, and
+        RoleError for a rigid geometry without the proximity role.
+        """
+        return compute_aabb_in_world(self._memo(), geometry_id)
 
     def get_configurations_in_world(self, geometry_id: GeometryId) -> NDArray[np.float64]:
         """Return the positions of a deformable geometry's vertices in W, ``(v, 3)``, in m.

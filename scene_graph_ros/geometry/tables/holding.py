@@ -6,6 +6,8 @@ from collections.abc import Callable
 import functools
 from typing import Any
 
+import numpy as np
+
 from scene_graph_ros.geometry.compiled.held_tuples import borrower, compiled_type, write_down
 
 __all__ = ["Holding"]
@@ -18,6 +20,7 @@ class Holding:
         """Take the tuples' name for messages, and what makes one, however small."""
         self._name = name
         self._kind = functools.cache(lambda: compiled_type(example()))
+        self._laid_out: set[Any] = set()
         self.borrowed = borrower(self._kind)
         """Returns, in a lean kernel, the tuple whose places it is given."""
 
@@ -28,9 +31,12 @@ class Holding:
             TypeError: an array has another type, order or number of axes, or is read-only.
 
         """
-        kind = compiled_type(value)
-        if kind != self._kind():
-            raise TypeError(f"not {self._name}: {kind}")
+        layout = _layout(value)
+        if layout not in self._laid_out:
+            kind = compiled_type(value)  # takes some milliseconds
+            if kind != self._kind():
+                raise TypeError(f"not {self._name}: {kind}")
+            self._laid_out.add(layout)
         plain = _plain(value)
         places = write_down(plain)
         return value if places is plain else places
@@ -42,3 +48,12 @@ def _plain(value: Any) -> Any:
     Kernels are kept by type: of one without names another version of this package can read.
     """
     return tuple(map(_plain, value)) if isinstance(value, tuple) else value
+
+
+def _layout(value: Any) -> Any:
+    """Return the properties of a value that its type in compiled code depends on."""
+    if isinstance(value, tuple):
+        return (type(value), *map(_layout, value))
+    if isinstance(value, np.ndarray):
+        return (value.dtype, value.ndim, value.flags.num)
+    return type(value)

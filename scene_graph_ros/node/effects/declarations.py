@@ -32,6 +32,7 @@ from scene_graph_ros.node.runtime.names import (
     MARKERS_REGIONS,
     PLAN_HOLDS,
     REGIONS,
+    SENSED,
 )
 
 if TYPE_CHECKING:
@@ -42,10 +43,13 @@ __all__ = [
     "CAMERA_TOPICS",
     "EFFECTS",
     "EFFECT_NAMES",
+    "SENSED_SWITCH",
     "AnswerDeclaration",
     "EffectDeclaration",
+    "SensedSource",
     "camera_effect",
     "camera_topics",
+    "sensed_effect",
 ]
 
 
@@ -276,7 +280,14 @@ EFFECTS: tuple[EffectDeclaration, ...] = (
 CAMERAS_SWITCH = "cameras"
 """Switches all cameras off."""
 
-EFFECT_NAMES = (*(declaration.name for declaration in EFFECTS), CAMERAS_SWITCH)
+SENSED_SWITCH = "sensed_points"
+"""Switches the points of all images off, as they are published."""
+
+EFFECT_NAMES = (
+    *(declaration.name for declaration in EFFECTS),
+    CAMERAS_SWITCH,
+    SENSED_SWITCH,
+)
 """What scene files may switch off."""
 
 
@@ -301,6 +312,31 @@ def camera_effect(camera: CameraDescription) -> EffectDeclaration:
         "cameras",
         camera,
         CAMERAS_SWITCH,
+    )
+
+
+@dataclass(frozen=True)
+class SensedSource:
+    """A source that sends images of depth."""
+
+    name: str
+
+
+def sensed_effect(source: str) -> EffectDeclaration:
+    """Return the effect of one source's images."""
+
+    def asked_by(demand: Demand) -> str:
+        return "the scene has it, with images of depth" if source in demand.imaging else ""
+
+    return EffectDeclaration(
+        f"sensed points {source}",
+        asked_by,
+        "a scene whose source sends images of depth",
+        (f"{SENSED}/{source}",),
+        f"{_PACKAGE}.sensed_points:SensedPoints",
+        "sensing",
+        SensedSource(source),
+        SENSED_SWITCH,
     )
 
 

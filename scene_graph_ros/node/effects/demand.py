@@ -33,16 +33,18 @@ class Demand:
         cameras: Container[str] = (),
         parameter: Callable[[str], Any] = _no_parameter,
         kept: Mapping[str, int] = MappingProxyType({}),
+        imaging: Container[str] = (),
     ) -> None:
         """``inspector`` introspects the model, ``requests`` counts those of each query.
 
         ``kept`` counts the node's other possessions, such as regions, by kind. ``cameras`` are
-        the names of the scene's cameras; ``parameter`` returns the value of one of the node's.
+        the names of the scene's cameras, ``imaging`` those of sources that send images of depth;
+        ``parameter`` returns the value of one of the node's.
         """
         self._inspector = inspector
         self._counts: dict[Hashable, int] = {}
         self.requests, self.cameras, self.parameter = requests, cameras, parameter
-        self.kept = kept
+        self.kept, self.imaging = kept, imaging
 
     def count(self, count: Callable[..., int], *arguments: Hashable) -> int:
         """Return the result of ``count``, which gets an inspector; counted once."""

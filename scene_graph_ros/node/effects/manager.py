@@ -17,6 +17,8 @@ from scene_graph_ros.node.effects.declarations import (
     camera_effect,
     EffectDeclaration,
     EFFECTS,
+    sensed_effect,
+    SensedSource,
 )
 from scene_graph_ros.node.effects.demand import Demand
 from scene_graph_ros.node.effects.effect import Effect, Host
@@ -271,6 +273,7 @@ class Effects:
                 snapshot.cameras,
                 self._host.parameter,
                 self._kept,
+                _imaging(snapshot),
             )
             self._demanded = (snapshot.scene_version, demand)
         return demand
@@ -341,11 +344,13 @@ class Effects:
         )
 
     def _declare_cameras(self, snapshot: WorldSnapshot) -> None:
-        """Have an effect for each camera of the scene, and for no other."""
+        """Have an effect for each camera of the scene, and each that sends images; no others."""
         states = dict(self._states)
         for name, state in self._states.items():
-            camera = state.declaration.argument
-            if camera is None or snapshot.cameras.get(camera.name) is camera:
+            argument = state.declaration.argument
+            if argument is None or snapshot.cameras.get(argument.name) is argument:
+                continue
+            if isinstance(argument, SensedSource) and argument.name in _imaging(snapshot):
                 continue
             # Another of the same name must not meet its topics.
             with self._isolated(state):
@@ -354,6 +359,9 @@ class Effects:
         for camera in snapshot.cameras.values():
             declaration = camera_effect(camera)
             states.setdefault(declaration.name, EffectState(declaration))
+        for source in _imaging(snapshot):
+            declaration = sensed_effect(source)
+            states.setdefault(declaration.name, EffectState(declaration))
         # Others read without the lock: what they have does not change.
         self._states = states
 
@@ -361,3 +369,9 @@ class Effects:
         if self._is_switched_off(declaration):
             return "switched off by the scene file"
         return f"nothing asks for it; {declaration.would_ask} would"
+
+
+def _imaging(snapshot: WorldSnapshot) -> list[str]:
+    """Return the names of the sources that send images of depth."""
+    records = snapshot.records
+    return [name for name in snapshot.sensing if records[name].depth is not None]

@@ -21,6 +21,7 @@ __all__ = [
     "PLAN_PATH",
     "POSE_TOPICS",
     "REGIONS",
+    "SENSED",
     "TRANSFORMS",
     "default_configuration_topic",
     "default_points_topic",
@@ -40,6 +41,8 @@ CONTACT_MARKERS = "~/contact_markers"
 CONTACT_SURFACE_MARKERS = "~/contact_surface_markers"
 CONTACT_SURFACE_POINTS = "~/contact_surface_points"
 CAMERAS = "~/cameras"
+SENSED = "~/sensed"
+"""Of points of images of depth, without the robot's: each source's below its name."""
 PLAN_HOLDS = "~/plan_holds"
 PLAN_PATH = "~/plan_path"
 REGIONS = "~/regions"

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from msg_adapters.errors import MessageError
 from msg_adapters.robot_configurations import (
     configurations_to_msg,
 )
@@ -30,6 +31,7 @@ from scene_graph_ros.node.world.world import WorldSnapshot
 from scene_graph_ros.planning import (
     Plan,
     plan_path,
+    plan_trajectory,
     PlanProgress,
     PlanStage,
     SceneGraphCollisionChecker,
@@ -69,28 +71,53 @@ def plan(
         goal.tell(_feedback(progress))
 
     path, checker = None, robots.checker(core, **wanted.paddings)
+    how: dict[str, Any] = {
+        "seed": goal.request.seed,
+        "timeout": patience(goal.request.timeout, limit),
+        "group": wanted.group,
+        "start_tolerance": float(limit("start_tolerance")),
+        "start_overlap": wanted.start_overlap,
+        "watch": watch,
+    }
+    fastest = _limits_of_fastest(goal.request, wanted)
     try:
-        found = plan_path(
-            checker,
-            wanted.start,
-            wanted.goals,
-            seed=goal.request.seed,
-            timeout=patience(goal.request.timeout, limit),
-            group=wanted.group,
-            start_tolerance=float(limit("start_tolerance")),
-            start_overlap=wanted.start_overlap,
-            watch=watch,
-        )
+        motion = None
+        if fastest is None:
+            found = plan_path(checker, wanted.start, wanted.goals, **how)
+        else:
+            motion = plan_trajectory(checker, wanted.start, wanted.goals, fastest, **how)
+            assert motion.plan is not None
+            found = motion.plan
         _tell(found, result)
         if found.is_success:
             result.path = configurations_to_msg(
                 robots.positions, found.configurations, wanted.moving
             )
-            path = _planned(goal, robots, wanted, checker, found, result, limit)
+            path = _planned(goal, robots, wanted, checker, found, motion, result, limit)
     except CancelledError as cancelled:
         result.failure, result.reason = PlanPath.Result.CANCELED, str(cancelled)
     result.seconds = time.monotonic() - begin
     return result, path
+
+
+def _limits_of_fastest(request: Any, wanted: PlanGoal) -> MotionLimits | None:
+    """Return the limits of the motion that the planner "fastest" is to find; else None.
+
+    Raises MessageError for a goal that wants no trajectory, or one with a rise time.
+    """
+    if request.planner != "fastest":
+        return None
+    if wanted.limits is None:
+        raise MessageError(
+            "with_trajectory must be true for the planner 'fastest', and limits say how fast the"
+            " robots may be"
+        )
+    if wanted.rise_time > 0.0:
+        raise MessageError(
+            "rise_time must be 0 with the planner 'fastest': limits of jerk say how fast"
+            " accelerations may change"
+        )
+    return wanted.limits
 
 
 def _planned(
@@ -99,15 +126,16 @@ def _planned(
     wanted: PlanGoal,
     checker: SceneGraphCollisionChecker,
     found: Plan,
+    motion: TimedPath | None,
     result: Any,
     limit: Callable[[str], Any],
 ) -> PlannedPath | None:
-    """Return the path, or a trajectory along it, and put it into the result."""
+    """Return the path, or a trajectory, along it or that is there already; fill the result."""
     q, times, free_from = found.configurations, None, found.free_from
     ends = q if len(q) > 1 else np.repeat(q, 2, axis=0)
     curves = np.stack([ends[:-1], ends[1:]], axis=1)
     if wanted.limits is not None:
-        timed = _timed(goal, wanted, wanted.limits, checker, found, limit)
+        timed = motion or _timed(goal, wanted, wanted.limits, checker, found, limit)
         if timed.points is None or timed.trajectory is None:
             result.failure, result.reason = PlanPath.Result.NOT_TIMED, timed.reason or ""
             return None

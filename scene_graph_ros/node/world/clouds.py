@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,9 @@ from scene_graph_ros.geometry.spatial.sums import moved
 from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
 from scene_graph_ros.node.world.intake import UNSTAMPED
 
+if TYPE_CHECKING:
+    from scene_graph_ros.node.world.depth_state import DepthState
+
 __all__ = ["NoCloudError", "SourceClouds", "clouds_by_source"]
 
 
@@ -29,10 +32,11 @@ class NoCloudError(UnknownIdError):
 
 
 class _Sensed(NamedTuple):
-    """Points ``(n, 3)`` in a frame of the scene, m."""
+    """Points ``(n, 3)`` in a frame of the scene, m; radii ``(n,)``, m, or those of the shape."""
 
     points: NDArray[np.float64]
     frame: FrameId
+    radii: NDArray[np.float64] | None = None
 
 
 @dataclass
@@ -40,7 +44,8 @@ class SourceClouds:
     """The clouds of one source; a context has their points.
 
     ``ids`` are the geometries by name, ``stamps`` in nanoseconds; ``heard`` are those whose points
-    a message brought, ``fresh`` has points that no context has yet.
+    a message brought, ``fresh`` has points that no context has yet; ``images`` is the state of a
+    source that sends images of depth.
     """
 
     source: SourceId
@@ -54,6 +59,7 @@ class SourceClouds:
     stamps: dict[GeometryId, int] = field(default_factory=dict)
     heard: set[GeometryId] = field(default_factory=set)
     fresh: dict[GeometryId, _Sensed] = field(default_factory=dict)
+    images: DepthState | None = None
 
     def cloud(self) -> GeometryId:
         """Return the geometry that messages are about. Raises NoCloudError."""
@@ -91,6 +97,13 @@ class SourceClouds:
             return world
         if own != world and inspector.get_name(own) == name:
             return own
+        return self.frame_named(name)
+
+    def frame_named(self, name: str) -> FrameId:
+        """Return the frame of the scene that has a name or path; raises as `frame` does."""
+        world: FrameId = self.inspector.world_frame_id()
+        if name == self.world_frame:
+            return world
         try:
             found = self._named(name)
         except NameConflictError as error:
@@ -117,21 +130,54 @@ class SourceClouds:
         self.fresh[geometry_id] = _Sensed(points, frame)
         self.stamps[geometry_id] = stamp
 
+    def see(self, geometry_id: GeometryId, stamp: int) -> None:
+        """Take the points that images have seen by now."""
+        assert self.images is not None
+        self._take_seen(geometry_id)
+        self.stamps[geometry_id] = stamp
+
+    def _take_seen(self, geometry_id: GeometryId) -> None:
+        assert self.images is not None
+        seen, world = self.images.seen, self.inspector.world_frame_id()
+        self.fresh[geometry_id] = _Sensed(seen.p_WPs, world, seen.radii)
+
+    def expire(self, now: int) -> bool:
+        """Forget points of images that were seen too long ago; tell whether there were any."""
+        if self.images is None or not self.images.expire(now):
+            return False
+        self._take_seen(self.cloud())
+        return True
+
     def bring(self, context: Context) -> None:
         """Give a context the fresh points; those in other frames are where these are in it now."""
         snapshot = context.snapshot
         given = {
-            geometry_id: self._in_geometry(geometry_id, sensed, snapshot)
+            geometry_id: self._given(geometry_id, sensed, snapshot)
             for geometry_id, sensed in self.fresh.items()
         }
         context.set_points(self.source, given)
         self.heard.update(given)
         self.fresh.clear()
 
-    def _in_geometry(
+    def _given(
         self, geometry_id: GeometryId, sensed: _Sensed, snapshot: Snapshot
+    ) -> NDArray[np.float64] | tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return points, or points and radii, in their geometry's frame."""
+        p_GPs = self._in_geometry(geometry_id, sensed.points, sensed.frame, snapshot)
+        is_near = (np.abs(p_GPs) <= MAX_COORDINATE).all(axis=1)
+        if not is_near.all():
+            p_GPs = p_GPs[is_near]
+        if sensed.radii is None:
+            return p_GPs
+        return p_GPs, sensed.radii if is_near.all() else sensed.radii[is_near]
+
+    def _in_geometry(
+        self,
+        geometry_id: GeometryId,
+        points: NDArray[np.float64],
+        frame: FrameId,
+        snapshot: Snapshot,
     ) -> NDArray[np.float64]:
-        points, frame = sensed
         X_FG = self.inspector.get_pose_in_frame(geometry_id)
         X_GF = inverse(X_FG)
         if frame != self.inspector.get_frame_id(geometry_id):
@@ -139,9 +185,7 @@ class SourceClouds:
             X_GF = compose(inverse(X_WG), X_WF)
         if np.array_equal(X_GF, np.eye(4)):
             return points
-        p_GPs = moved(points, X_GF)
-        is_near = (np.abs(p_GPs) <= MAX_COORDINATE).all(axis=1)
-        return p_GPs if is_near.all() else p_GPs[is_near]
+        return moved(points, X_GF)
 
     def take_over(self, old: SourceClouds, before: Context, context: Context) -> None:
         """Take the state of the same clouds in the scene before, and give a context its points."""
@@ -150,6 +194,8 @@ class SourceClouds:
         self.stamps = {g: stamp for g, stamp in old.stamps.items() if g in there}
         points = {g: before.snapshot.point_set(g) for g in self.heard}
         context.set_points(self.source, points)
+        if self.images is not None and old.images is not None:
+            self.images.take_over(old.images)
 
     def stamp(self) -> int:
         """Return the newest stamp of points, nanoseconds."""
@@ -158,6 +204,8 @@ class SourceClouds:
     def forget(self, after: int) -> None:
         """Forget stamps later than that; the points hold."""
         self.stamps = {g: stamp for g, stamp in self.stamps.items() if stamp <= after}
+        if self.images is not None:
+            self.images.forget(after)
 
 
 def clouds_by_source(

@@ -5,9 +5,7 @@ Imported where a source has deformable geometry.
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Mapping
-import threading
 
 import numpy as np
 
@@ -15,17 +13,15 @@ from msg_adapters.deformables import ConfigurationBatch, configurations_from_msg
 from scene_graph_msgs.msg import DeformableConfigurations
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
+from scene_graph_ros.node.world.bounded_channel import BoundedChannel
 from scene_graph_ros.node.world.deformables import SourceDeformables
 from scene_graph_ros.node.world.intake import Fault, Intake, TimeLimits
 from scene_graph_ros.node.world.message_sizes import most_bytes
 from scene_graph_ros.node.world.scene import SourceRecord
-from scene_graph_ros.node.world.source_channel import Kept, SourceChannel
+from scene_graph_ros.node.world.source_channel import Kept
 from scene_graph_ros.node.world.source_topics import configuration_topic
 
 __all__ = ["ConfigurationChannel", "accept_configurations"]
-
-_QUEUED = 16
-"""Messages kept per source between two updates; they are large, and the newest counts."""
 
 _BYTES_PER_VERTEX = 24
 """Of a configuration in a message."""
@@ -98,7 +94,7 @@ def _stranger(name: str, deformables: SourceDeformables) -> tuple[Fault, str]:
     return Fault.UNKNOWN_GEOMETRY, "no such deformable geometry is registered"
 
 
-class ConfigurationChannel(SourceChannel[Kept, SourceDeformables]):
+class ConfigurationChannel(BoundedChannel[SourceDeformables]):
     """The configuration topic of one source."""
 
     noun = "configurations"
@@ -106,33 +102,11 @@ class ConfigurationChannel(SourceChannel[Kept, SourceDeformables]):
     def __init__(self, record: SourceRecord, intake: Intake, world_frame: str) -> None:
         super().__init__(record, intake, DeformableConfigurations)
         self._world_frame = world_frame
-        self._lock = threading.Lock()
-        self._kept: deque[Kept] = deque()
 
     @property
     def wanted_topics(self) -> Mapping[str, bool]:
         """Name of the topic, before namespaces and remapping."""
         return {configuration_topic(self.record): False}
-
-    def store(self, data: bytes, arrival: int, *, is_static: bool = False) -> None:
-        """Keep a message that arrived at a steady time (ns)."""
-        statistics = self.intake.statistics
-        statistics.arrived(arrival, is_static=is_static)
-        with self._lock:
-            if len(self._kept) == _QUEUED:
-                self._kept.popleft()
-                statistics.superseded += 1
-            self._kept.append(Kept(data, arrival, is_static))
-
-    def take(self) -> list[Kept]:
-        """Take all messages that were kept, oldest first."""
-        with self._lock:
-            taken = list(self._kept)
-            self._kept.clear()
-        return taken
-
-    def _worth_reading(self, kept: list[Kept]) -> list[Kept]:
-        return kept
 
     def _apply_one(self, kept: Kept, deformables: SourceDeformables, limits: TimeLimits) -> int:
         vertices = sum(deformables.counts.values())

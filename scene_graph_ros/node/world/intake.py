@@ -29,6 +29,8 @@ from scene_graph_ros.geometry.spatial.record_kernels import (
 
 __all__ = [
     "CONFIGURATION_FAULTS",
+    "IMAGE_FAULTS",
+    "INFO_FAULTS",
     "POINT_FAULTS",
     "POSE_FAULTS",
     "UNSTAMPED",
@@ -65,14 +67,18 @@ class Fault(enum.Enum):
     UNKNOWN_GEOMETRY = "unknown_geometry"
     WRONG_LENGTH = "wrong_length"
     TOO_LARGE = "too_large"
+    NO_POSES = "no_poses"
+    NO_CAMERA_INFO = "no_camera_info"
 
 
-_OF_NO_POSES = {Fault.UNKNOWN_GEOMETRY, Fault.WRONG_LENGTH, Fault.TOO_LARGE}
+_OF_IMAGES = {Fault.NO_POSES, Fault.NO_CAMERA_INFO}
+_OF_NO_POSES = {Fault.UNKNOWN_GEOMETRY, Fault.WRONG_LENGTH, Fault.TOO_LARGE, *_OF_IMAGES}
 _OF_NO_CONFIGURATIONS = {
     Fault.NOT_UNIT,
     Fault.UNKNOWN_FRAME,
     Fault.CONTRADICTORY,
     Fault.TOO_LARGE,
+    *_OF_IMAGES,
 }
 POSE_FAULTS = tuple(fault for fault in Fault if fault not in _OF_NO_POSES)
 CONFIGURATION_FAULTS = tuple(fault for fault in Fault if fault not in _OF_NO_CONFIGURATIONS)
@@ -85,6 +91,8 @@ POINT_FAULTS = (
     Fault.UNKNOWN_GEOMETRY,
     Fault.TOO_LARGE,
 )
+IMAGE_FAULTS = (*POINT_FAULTS, Fault.WRONG_LENGTH, Fault.NO_POSES, Fault.NO_CAMERA_INFO)
+INFO_FAULTS = (Fault.MALFORMED, Fault.TOO_LARGE)
 
 
 _FAULTS = {

@@ -42,7 +42,8 @@ class PointInputs(Inputs["PointChannel"]):
         self._most_points = most_points
 
     def _wanted(self) -> Iterable[str]:
-        return self._world.snapshot.sensing
+        snapshot = self._world.snapshot
+        return [name for name in snapshot.sensing if snapshot.records[name].depth is None]
 
     def _target(self, name: str) -> SourceClouds | None:
         return self._world.clouds.get(name)

@@ -35,7 +35,9 @@ if TYPE_CHECKING:
     from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
     from scene_graph_ros.geometry.model.snapshot import Snapshot
     from scene_graph_ros.geometry.perception import CameraDescription
+    from scene_graph_ros.node.world.pose_history import PoseHistory
     from scene_graph_ros.node.world.robot_motion import RobotMotion
+    from scene_graph_ros.scene_files.loaded_scene import DepthSettings
 
 __all__ = ["Attachment", "Edit", "Scene", "SourceRecord"]
 
@@ -47,7 +49,8 @@ class SourceRecord:
     ``pose_type`` "" means that no poses are read. ``robot`` computes link poses for JointState,
     ``motion`` has when its joints were heard. ``interpolates``: TF is composed at one time.
     ``cloud`` names the geometry whose points it sends, "" for its only one.
-    ``description`` is the origin of a robot's description, None where a file has it.
+    ``description`` is the origin of a robot's description, None where a file has it; ``depth``
+    the settings of its images, None where it sends none.
     """
 
     id: Any
@@ -61,6 +64,7 @@ class SourceRecord:
     interpolates: bool = True
     motion: RobotMotion | None = None
     description: Any = None
+    depth: DepthSettings | None = None
 
 
 @dataclass(frozen=True)
@@ -237,8 +241,36 @@ class Scene:
         self.deformables = deformables_by_source(inspector, ids)
         senders = {name: (each.id, each.cloud) for name, each in self.records.items()}
         self.clouds = clouds_by_source(self.names, inspector, senders, world_frame)
+        self.history: PoseHistory | None = None if before is None else before.history
+        """Where all was in the last seconds, of a scene with images of depth."""
+        self._prepare_images()
         robots = {n: record.robot for n, record in self.records.items() if record.robot}
         self.robots = SceneRobots(robots, self.scene_graph, self.context, self.paddings)
+
+    def _prepare_images(self) -> None:
+        """Make what images of depth need; imported for some."""
+        if not any(record.depth is not None for record in self.records.values()):
+            self.history = None
+            return
+        from scene_graph_ros.node.world.depth_state import states_of
+        from scene_graph_ros.node.world.pose_history import PoseHistory
+
+        inspector = self.context.snapshot.inspector
+        history = self.history = PoseHistory() if self.history is None else self.history
+
+        def place(wanted: Iterable[FrameId], at: int) -> Mapping[FrameId, NDArray[np.float64]]:
+            return history.place(wanted, at, inspector, self.frames)
+
+        states = states_of(self.records, self.names, inspector, self.cameras, place)
+        for name, state in states.items():
+            if name in self.clouds:
+                self.clouds[name].images = state
+
+    def note_poses(self) -> None:
+        """Remember where all is now, where a scene has images of depth."""
+        if self.history is not None:
+            motions = {name: record.motion for name, record in self.records.items()}
+            self.history.note(self.frames, motions)
 
     def begin_edit(
         self,
@@ -286,6 +318,7 @@ class Scene:
         """Tell the frames, which the scene before may share, whose all others are from now on."""
         for frames in self.frames.values():
             frames.foreign = self._owners
+        self.note_poses()
 
     def set_accuracy(self, accuracy: str) -> bool:
         """Answer at this tier; tell whether that is another than before."""

@@ -15,9 +15,13 @@ from scene_graph_ros.node.runtime.names import (
 )
 
 __all__ = [
+    "CAMERA_INFO",
     "CONFIGURATION_TYPE",
     "DEFAULT_POSE_TYPE",
+    "DEPTH_IMAGES",
     "DESCRIPTION_TYPE",
+    "IMAGE_TYPE",
+    "INFO_TYPE",
     "JOINT_STATE",
     "POINTS_TYPE",
     "POSE_STAMPED",
@@ -37,10 +41,16 @@ __all__ = [
 CONFIGURATION_TYPE = "scene_graph_msgs/msg/DeformableConfigurations"
 DESCRIPTION_TYPE = "std_msgs/msg/String"
 POINTS_TYPE = "sensor_msgs/msg/PointCloud2"
+IMAGE_TYPE = "sensor_msgs/msg/Image"
+INFO_TYPE = "sensor_msgs/msg/CameraInfo"
 JOINT_STATE = "sensor_msgs/msg/JointState"
 POSE_STAMPED = "geometry_msgs/msg/PoseStamped"
 TRANSFORM_STAMPED = "geometry_msgs/msg/TransformStamped"
 TF = "tf2_msgs/msg/TFMessage"
+
+DEPTH_IMAGES = "depth images"
+CAMERA_INFO = "camera info"
+"""The nouns of a depth camera's two topics."""
 
 
 class Sender(Protocol):
@@ -65,6 +75,10 @@ class Sender(Protocol):
     @property
     def points_topic(self) -> str:
         """Topic of its cloud's points as given."""
+
+    @property
+    def depth(self) -> Any:
+        """The settings of its images of depth, None where it sends none."""
 
     @property
     def robot(self) -> Any:
@@ -138,7 +152,11 @@ def topics_of(
             topic, is_default = configuration_topic(sender), not sender.configuration_topic
             kind = CONFIGURATION_TYPE
             topics[SourceTopic(name, "configurations", topic, kind, is_default)] = None
-        if name in sensing:
+        if name in sensing and sender.depth is not None:
+            images, info = sender.depth.image_topic, sender.depth.info_topic
+            topics[SourceTopic(name, DEPTH_IMAGES, images, IMAGE_TYPE, False)] = None
+            topics[SourceTopic(name, CAMERA_INFO, info, INFO_TYPE, False)] = None
+        elif name in sensing:
             topic, is_default = points_topic(sender), not sender.points_topic
             topics[SourceTopic(name, "points", topic, POINTS_TYPE, is_default)] = None
         for noun, topic, kind in _of_robot(sender):

@@ -1,4 +1,4 @@
-"""The node's subscriptions: poses, configurations, points and descriptions of sources."""
+"""The node's subscriptions: poses, configurations, points, images and descriptions of sources."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from rclpy.node import Node
 
 from scene_graph_ros.node.runtime.loop import OwnThreadGroup, Topic
 from scene_graph_ros.node.world.configuration_inputs import ConfigurationInputs
+from scene_graph_ros.node.world.depth_inputs import DepthInputs, InfoInputs
 from scene_graph_ros.node.world.description_channel import Describe, DescriptionInputs
 from scene_graph_ros.node.world.inputs import BASE_POSES, JOINT_POSES, PoseInputs, POSES
 from scene_graph_ros.node.world.intake import TimeLimits
@@ -43,21 +44,28 @@ class Subscriptions:
         changed: Callable[[], None],
         describe: Describe,
         most_points: int,
+        lack: Callable[[str], str],
     ) -> None:
         """``describe`` takes a source's name, the text of its robot, and a callback.
 
-        A message of points has ``most_points`` at most.
+        A message of points has ``most_points`` at most; ``lack`` says which kernels of a group
+        are missing.
         """
+        self._world = world
         self._poses = [
             PoseInputs(node, world, group, changed, noun)
             for noun in (POSES, BASE_POSES, JOINT_POSES)
         ]
         self._configurations = ConfigurationInputs(node, world, group, changed)
         self._points = PointInputs(node, world, group, changed, most_points)
+        self._info = InfoInputs(node, world, group, changed)
+        self._images = DepthInputs(node, world, group, changed, most_points, lack)
         self.all: list[Inputs[Any]] = [
             *self._poses,
             self._configurations,
             self._points,
+            self._info,
+            self._images,
             DescriptionInputs(node, world, group, changed, describe),
         ]
 
@@ -77,10 +85,13 @@ class Subscriptions:
         collected = [inputs.collect(limits) for inputs in self._poses]
         deformed, arrived = self._configurations.collect(limits)
         sensed, sensed_at = self._points.collect(limits)
+        self._world.note_poses()
+        self._info.collect(limits)  # moves nothing
+        seen, seen_at = self._images.collect(limits)
         moved = {name for names, _ in collected for name in names}
         # Steady times are never 0.
-        arrivals = (arrived, sensed_at, *(arrival for _, arrival in collected))
-        return Collected(moved, deformed, sensed, min(filter(None, arrivals), default=None))
+        arrivals = (arrived, sensed_at, seen_at, *(arrival for _, arrival in collected))
+        return Collected(moved, deformed, sensed | seen, min(filter(None, arrivals), default=None))
 
     def forget(self, after: int) -> None:
         """Forget stamps later than that; the poses hold."""

@@ -24,7 +24,7 @@ from scene_graph_ros.geometry.spatial.poses import (
 )
 from scene_graph_ros.geometry.spatial.sums import length, product
 
-__all__ = ["HISTORY", "STATIC", "MissingTransformError", "Placed", "TfTree"]
+__all__ = ["HISTORY", "STATIC", "MissingTransformError", "Placed", "TfTree", "pose_between"]
 
 STATIC = np.iinfo(np.int64).max
 """Stamp of what never gets old."""
@@ -101,10 +101,10 @@ class _Edge:
         if i == 0:
             return None
         before, after = self.stamps[i - 1], self.stamps[i]
-        return _between(self.poses[i - 1], self.poses[i], (stamp - before) / (after - before))
+        return pose_between(self.poses[i - 1], self.poses[i], (stamp - before) / (after - before))
 
 
-def _between(X1: Pose, X2: Pose, t: float) -> Pose:
+def pose_between(X1: Pose, X2: Pose, t: float) -> Pose:
     """Return the pose at t in [0, 1] between two: a line, and a turn at one speed (slerp)."""
     a, b = quaternions_from_poses(np.stack([X1, X2]))
     b = b if product(a, b) >= 0.0 else -b

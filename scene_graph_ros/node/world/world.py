@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterable, Mapping
 from dataclasses import dataclass, field
 import threading
-from typing import Any, TYPE_CHECKING, TypeVar
+from typing import Any, NamedTuple, TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
     from scene_graph_ros.geometry.perception import CameraDescription
 
-__all__ = ["STATIC", "SourceStamps", "World", "WorldSnapshot"]
+__all__ = ["STATIC", "SeenImage", "SourceStamps", "World", "WorldSnapshot"]
 
 T = TypeVar("T")
 
@@ -90,6 +90,14 @@ class SourceStamps:
         return dict(zip(self.ids, ages, strict=True))
 
 
+class SeenImage(NamedTuple):
+    """The points of an image, without those of the robot: in the world ``(n, 3)``, m."""
+
+    stamp: int
+    p_WPs: NDArray[np.float64]
+    radii: NDArray[np.float64]
+
+
 @dataclass(frozen=True)
 class WorldSnapshot:
     """The world at one time. Nothing in it changes any more.
@@ -119,6 +127,8 @@ class WorldSnapshot:
     arrival: int | None = None
     cameras: Mapping[str, CameraDescription] = field(default_factory=dict)
     sensing: frozenset[str] = frozenset()
+    images: Mapping[str, SeenImage] = field(default_factory=dict)
+    """The newest image of depth by source, of those that sent one."""
     _turns: dict[Hashable, threading.Lock] = field(default_factory=dict, repr=False)
 
     def ask(self, question: Callable[..., T], *arguments: Hashable) -> T:
@@ -315,6 +325,10 @@ class World:
             self._publish(arrival)
             return self._snapshot
 
+    def note_poses(self) -> None:
+        """Remember where all is by now, for images that are of an earlier time; hold ``lock``."""
+        self._scene.note_poses()
+
     def set_accuracy(self, accuracy: str) -> None:
         """Answer from now on at this tier; snapshots that are out keep theirs."""
         with self.lock:
@@ -339,6 +353,9 @@ class World:
                     del deformables.stamps[geometry_id]
             for clouds in self._scene.clouds.values():
                 clouds.forget(after)
+            if self._scene.history is not None:
+                self._scene.history.clear()
+                self._scene.note_poses()
             self._publish(None)
 
     def _publish(self, arrival: int | None) -> None:
@@ -372,7 +389,17 @@ class World:
             bases={n: r.kinematics.X_PB for n, r in scene.robots.robots.items()},
             arrival=arrival,
             cameras=scene.cameras,
+            images=_images_of(scene),
         )
+
+
+def _images_of(scene: Scene) -> dict[str, SeenImage]:
+    states = {name: each.images for name, each in scene.clouds.items()}
+    return {
+        name: SeenImage(state.stamp, *state.newest)
+        for name, state in states.items()
+        if state is not None and state.newest is not None
+    }
 
 
 def _records_of(scene_graph: SceneGraph) -> dict[str, SourceRecord]:

@@ -16,6 +16,7 @@ from scene_graph_ros.convex.graphs.model.options import (
     GcsGraphvizOptions,
     GraphOfConvexSetsOptions,
 )
+from scene_graph_ros.convex.graphs.model.term_copies import count_appearances
 from scene_graph_ros.convex.graphs.model.whole_edits import Undo
 from scene_graph_ros.convex.graphs.search.result import GraphOfConvexSetsResult
 from scene_graph_ros.convex.questions.arguments import as_nonnegative, as_whole
@@ -87,6 +88,20 @@ class GcsTrajectoryOptimization(AllSubgraphs):
         """The graph that is solved, to look into."""
         self._settle()
         return self._graph
+
+    def estimate_complexity(self) -> int:
+        """Return the number of variables' appearances in all costs and constraints.
+
+        Sets' own rows are not counted: for about how large the program is, and whether it grew.
+        """
+        graph = self.graph_of_convex_sets
+        sizes = [(each, each.ambient_dimension) for each in graph.vertices]
+        both = [(e, e.u.ambient_dimension + e.v.ambient_dimension) for e in graph.edges]
+        return sum(
+            count_appearances(term, size)
+            for each, size in (*sizes, *both)
+            for term in (*each.get_costs(), *each.get_constraints())
+        )
 
     def get_subgraphs(self) -> list[Subgraph]:
         """Return all subgraphs, in the order in which they were added."""

@@ -8,10 +8,11 @@ relaxation has convex surrogates, in which durations are taken to be 1 (von Wran
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 
-from scene_graph_ros.convex.graphs.expressions.functions import FunctionConstraint
+from scene_graph_ros.convex.graphs.expressions.functions import WrittenConstraint
 from scene_graph_ros.convex.graphs.expressions.transcription import (
     ALL_TRANSCRIPTIONS,
     Transcription,
@@ -28,8 +29,8 @@ Place = tuple[SegmentVariables, int, int]
 """A segment, which control point of a derivative, and the number of the vertex."""
 
 
-def _of(variables: SegmentVariables, index: int, order: int, x: np.ndarray) -> np.ndarray:
-    """Return a control point ``(n,)`` of a derivative of r, of coordinates."""
+def _of(variables: SegmentVariables, index: int, order: int, x: Any) -> Any:
+    """Return a control point ``(n,)`` of a derivative of r, of coordinates or expressions."""
     return variables.path(0, index, order).terms[0] @ x
 
 
@@ -47,20 +48,20 @@ def continue_path_derivative(
 
 def continue_derivative(
     edge: Edge, first: SegmentVariables, second: SegmentVariables, order: int
-) -> FunctionConstraint:
+) -> WrittenConstraint:
     """Have a derivative of q(t) go on from one segment to the next; return the restriction's."""
     last = first.order - order
     continue_path_derivative(edge, first, second, order, Transcription.RELAXATION)
 
-    def off(xu: np.ndarray, xv: np.ndarray) -> np.ndarray:
+    def off(xu: Any, xv: Any) -> Any:
         # Times powers of both durations, by their mean: they may be as short as they like.
-        hu, hv = first.duration(xu), second.duration(xv)
+        hu, hv = xu[-1], xv[-1]
         both = 0.5 * (hu + hv)
         before, after = _of(first, last, order, xu), _of(second, 0, order, xv)
         return before * (hv / both) ** order - after * (hu / both) ** order
 
     zero = np.zeros(first.num_positions)
-    constraint = FunctionConstraint(off, zero, zero)
+    constraint = WrittenConstraint(off, zero, zero)
     edge.add_constraint(constraint, Transcription.RESTRICTION)
     return constraint
 
@@ -80,15 +81,15 @@ def bound_derivative(
         to.add_constraint(sign * rate[rows] <= limit @ h, Transcription.RELAXATION)
 
         def kept(
-            *points: np.ndarray,
-            rows: np.ndarray = rows,
+            *points: Any,
+            rows: list[int] = rows.tolist(),  # noqa: B008  of this pass
             sign: float = sign,
             limit: np.ndarray = limit,
-        ) -> np.ndarray:
+        ) -> Any:
             x = points[0] if isinstance(to, Vertex) or key == to.u.id else points[1]
-            power = variables.duration(x) ** order
-            return limit[:, 0] * power - sign * _of(variables, index, order, x)[rows]
+            rate = _of(variables, index, order, x)[rows]
+            return limit[:, 0] * x[-1] ** order - sign * rate
 
         least = np.zeros(len(rows))
-        constraint = FunctionConstraint(kept, least, np.full(len(rows), np.inf))
+        constraint = WrittenConstraint(kept, least, np.full(len(rows), np.inf))
         to.add_constraint(constraint, Transcription.RESTRICTION)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -25,6 +25,7 @@ from scene_graph_ros.planning.checker.path_ends import pair_words
 from scene_graph_ros.planning.edges.edge_measure import EdgeMeasure, EdgeStatus
 from scene_graph_ros.planning.gcs.edges_between_subgraphs import EdgesBetweenSubgraphs
 from scene_graph_ros.planning.gcs.gcs_trajectory_optimization import GcsTrajectoryOptimization
+from scene_graph_ros.planning.gcs.region_clock import RegionClock
 from scene_graph_ros.planning.gcs.result import GcsTrajectoryResult
 from scene_graph_ros.planning.paths.path_planner import plan_path
 from scene_graph_ros.planning.paths.search.position_space import (
@@ -86,6 +87,8 @@ def plan_through_regions(
     options: GraphOfConvexSetsOptions | None = None,
     growth_padding: float = 0.01,
     seed: int = 0,
+    timeout: float | None = None,
+    watch: Callable[[], None] | None = None,
 ) -> RegionPlan:
     """Return the fastest trajectory through regions, with its gap and proof.
 
@@ -100,12 +103,16 @@ def plan_through_regions(
     robots' SRDF start and goal are still all positions, but regions, velocities, joints and the
     trajectory are of the group's alone; all others stay as they are at the start.
 
-    ``options`` are those of `GcsTrajectoryOptimization.solve_path`. Raises ConvexSetError for
-    regions that make no sense, KinematicTreeError for a group that there is not, OSError where the
-    file can't be read, SolverError where the solver failed, RegionNotFoundError where there is no
-    path to grow regions along.
+    ``options`` are those of `GcsTrajectoryOptimization.solve_path`. After ``timeout`` (s) no path
+    is looked for any more, no region grows, and a search solves no further program; one convex
+    program is finished first. Without it a path is looked for for 60 s. ``watch`` is called now
+    and then, and may raise.
+
+    Raises ConvexSetError for regions and a timeout that make no sense, KinematicTreeError for a
+    group that there is not, OSError where the file can't be read, SolverError where the solver
+    failed, RegionNotFoundError where there is no path to grow regions along, or none grew in time.
     """
-    label = "plan_through_regions"
+    label, clock = "plan_through_regions", RegionClock(timeout, watch)
     if isinstance(regions, (str, Path)):
         regions = list(load_iris_regions_yaml_file(regions).values())
     first = as_vector(start, f"{label}: start")
@@ -118,7 +125,7 @@ def plan_through_regions(
     held = _held(checker, group, first, last, label)
     grown: tuple[ConvexSet, ...] = ()
     if regions is None:
-        regions = grown = _grown(checker, (first, last), group, growth_padding, seed)
+        regions = grown = _grown(checker, (first, last), group, growth_padding, seed, clock)
     first, last = first[held.rows], last[held.rows]
     fastest = _speeds(velocities, len(first))
     if continuous_revolute_joints is None:
@@ -134,11 +141,11 @@ def plan_through_regions(
     graph.add_velocity_bounds(-fastest, fastest)
     if as_whole(continuity_order, f"{label}: continuity_order", 0):
         free.add_path_continuity_constraints(continuity_order)
-    trajectory, result = graph.solve_path(begin, end, options)
+    trajectory, result = graph.solve_path(begin, end, clock.in_time(options))
     if trajectory is None:
-        return RegionPlan(
-            None, result, (), _why(ends, free.regions, first, last) or result.reason, (), grown
-        )
+        late = f"no trajectory was found {clock.words}" if clock.is_late() else ""
+        reason = _why(ends, free.regions, first, last) or late or result.reason
+        return RegionPlan(None, result, (), reason, (), grown)
     whole = graph.unwrap_to_continuous_trajectory(trajectory, graph.continuous_revolute_joints)
     places = {vertex.id: k for k, vertex in enumerate(free.vertices)}
     on_way = tuple(places[v.id] for v in result.vertices if v.id in places)
@@ -185,6 +192,7 @@ def _grown(
     group: str | None,
     padding: float,
     seed: int,
+    clock: RegionClock,
 ) -> tuple[ConvexSet, ...]:
     """Return regions along a path, both with more padding."""
     label = "plan_through_regions"
@@ -199,10 +207,18 @@ def _grown(
         )
     padded = checker.clone()
     padded.set_padding_all_robot_environment_pairs(now + more)
-    path = plan_path(padded, *ends, seed=seed, group=group)
+    path = plan_path(
+        padded,
+        *ends,
+        seed=seed,
+        group=group,
+        timeout=clock.left,
+        watch=clock.follow,
+    )
     if not path.is_success:
         raise RegionNotFoundError(f"{label}: no path to grow regions along: {path.reason}")
-    options = IrisZoOptions(random_seed=seed)
+    constraints = clock.growing if clock.is_set else None
+    options = IrisZoOptions(random_seed=seed, additional_constraints=constraints)
     found = regions_along(padded, path.configurations, options=options, group=group)
     return tuple(each.region for each in found)
 

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.planning.optimal_control.arguments import (
     as_bounds,
     as_count,
@@ -18,6 +19,7 @@ from scene_graph_ros.planning.optimal_control.arguments import (
     as_positive,
 )
 from scene_graph_ros.planning.optimal_control.casadi_backend import get_casadi
+from scene_graph_ros.planning.optimal_control.dynamics import Dynamics
 from scene_graph_ros.planning.optimal_control.errors import TrajectoryOptimizationError
 from scene_graph_ros.planning.optimal_control.kinematic_bounds import DerivativeBound
 from scene_graph_ros.planning.optimal_control.nonlinear_program import NonlinearProgram
@@ -288,6 +290,42 @@ class KinematicCurve:
         place = _as_place(s)
         formula = constraint(self._at(place, 0), self._at(place, 1) / self._T)
         return self._prog.add_constraint(formula, label=f"velocity, s = {place}")
+
+    def add_effort_bounds_at_normalized_times(
+        self,
+        dynamics: Dynamics,
+        s: ArrayLike,
+        lb: ArrayLike | None = None,
+        ub: ArrayLike | None = None,
+    ) -> list[Constraint]:
+        """Bound the forces ``(n,)`` of a robot's joints, in N m and N, at places s ``(k,)``.
+
+        They are those of inverse dynamics at q, q' and q'' there, for ``Dynamics.of_robot`` with
+        all joints actuated; between the places nothing is asked. Where only one of the bounds is
+        given the other is infinite. Raises TrajectoryOptimizationError for another system, places
+        outside of 0 to 1 and bounds that contradict each other.
+        """
+        given: Any = dynamics
+        equations = given.equations if isinstance(given, Dynamics) else None
+        if equations is None or (dynamics.num_states, dynamics.num_inputs) != (
+            2 * self._n,
+            self._n,
+        ):
+            raise TrajectoryOptimizationError(
+                f"dynamics must be Dynamics.of_robot of {self._n} positions, all actuated, not"
+                f" {quoted(dynamics)}"
+            )
+        infinite = np.full(self._n, np.inf)
+        low, high = as_bounds(
+            -infinite if lb is None else lb, infinite if ub is None else ub, self._n
+        )
+        made = []
+        for each in real_array(s, "s must be numbers", TrajectoryOptimizationError).ravel():
+            place = _as_place(each)
+            q, v, a = (self._at(place, k) / self._T**k for k in range(3))
+            forces = equations.inverse_dynamics(q, v, a)
+            made.append(self._prog.add_constraint(forces, low, high, label=f"effort, s = {place}"))
+        return made
 
     def _add_at(self, order: int, label: str, lb: Any, ub: Any, s: Any) -> Constraint:
         place = _as_place(s)

@@ -26,6 +26,8 @@ class PlanStage(enum.Enum):
     """They have met, and shortcuts are tried."""
     PROVING = 4
     """Each edge is proven once more."""
+    TIMING = 5
+    """A trajectory is made of it, of `plan_trajectory`."""
 
 
 @one_line()

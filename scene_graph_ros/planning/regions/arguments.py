@@ -19,12 +19,14 @@ from scene_graph_ros.planning.regions.feasibility import Feasibility
 from scene_graph_ros.robots.tree_kernels import FLOATING
 
 __all__ = [
+    "checked_box",
     "checked_center",
     "checked_domain",
     "checked_kept",
     "checked_points",
     "domain_of_limits",
     "ellipsoid_map",
+    "refuse_parameterization",
 ]
 
 _INSIDE = 1e-8
@@ -66,9 +68,14 @@ def checked_domain(
             )
     if domain is None:
         return domain_of_limits(checker, rows)
-    n = tree.num_positions if rows is None else len(rows)
-    if not isinstance(domain, HPolyhedron) or domain.ambient_dimension != n:
-        raise RegionError(f"domain must be an HPolyhedron in {n} dimensions, not {quoted(domain)}")
+    return checked_box(domain, tree.num_positions if rows is None else len(rows))
+
+
+def checked_box(domain: Any, n: int | None = None) -> HPolyhedron:
+    """Return a bounded domain in n dimensions, or in any. Raises RegionError."""
+    if not isinstance(domain, HPolyhedron) or n not in (None, domain.ambient_dimension):
+        some = "" if n is None else f" in {n} dimensions"
+        raise RegionError(f"domain must be an HPolyhedron{some}, not {quoted(domain)}")
     if domain.is_empty():
         raise RegionError("domain is empty")
     if not domain.is_bounded():
@@ -76,6 +83,15 @@ def checked_domain(
     named = np.linalg.norm(domain.A, axis=1)
     rows = named > 0.0
     return HPolyhedron(domain.A[rows] / named[rows, np.newaxis], domain.b[rows] / named[rows])
+
+
+def refuse_parameterization(options: Any, where: str) -> None:
+    """Raise RegionError for options with a parameterization, which `iris_zo` alone takes."""
+    if getattr(options, "parameterization", None) is not None:
+        raise RegionError(
+            f"{where}: options have a parameterization, with which regions are none of"
+            " configurations; use iris_zo"
+        )
 
 
 def ellipsoid_map(ellipsoid: Any, n: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -139,7 +155,8 @@ def checked_kept(
 
 
 def _why(feasibility: Feasibility, q: NDArray[np.float64]) -> str:
-    """Return the reason why a configuration is not free."""
+    """Return the reason why a configuration, or a region's point, is not free."""
+    q = feasibility.configurations(q[np.newaxis])[0]
     for k, obstacle in enumerate(feasibility.obstacles):
         if obstacle.point_in_set(q, 0.0):
             return f"it is in configuration_obstacles[{k}]"

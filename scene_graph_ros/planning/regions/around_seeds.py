@@ -25,6 +25,7 @@ from scene_graph_ros.planning.regions.arguments import (
     checked_center,
     checked_domain,
     checked_points,
+    refuse_parameterization,
 )
 from scene_graph_ros.planning.regions.errors import RegionError, RegionNotFoundError
 from scene_graph_ros.planning.regions.feasibility import (
@@ -79,6 +80,7 @@ def region_around(
     KinematicTreeError for a group that there is not.
     """
     chosen = IrisZoOptions() if options is None else options
+    refuse_parameterization(chosen, "region_around")
     given = checked_points("seed", seed, checker.model.tree.num_positions)
     held = held_by_group(checker, group, given, "seed")
     box = checked_domain(checker, domain, None if held is None else held.rows)
@@ -107,6 +109,7 @@ def regions_around(
     """
     pool = checked_executor(executor)
     chosen = IrisZoOptions() if options is None else options
+    refuse_parameterization(chosen, "regions_around")
     asked: Any = checker if pool is None else pack(checker)
     shares = []
     for k, seed in enumerate(seeds):
@@ -145,6 +148,7 @@ def regions_along(
     """
     pool = checked_executor(executor)
     chosen = IrisZoOptions() if options is None else options
+    refuse_parameterization(chosen, "regions_along")
     given = checked_points("path", path, checker.model.tree.num_positions)
     held = held_by_group(checker, group, given, "path")
     box = checked_domain(checker, domain, None if held is None else held.rows)

@@ -8,6 +8,7 @@ import math
 from scene_graph_ros.convex.iris.options import IrisOptions
 from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.planning.regions.arguments import refuse_parameterization
 from scene_graph_ros.planning.regions.errors import RegionError
 from scene_graph_ros.planning.regions.iris_zo_options import (
     check_counts,
@@ -57,6 +58,7 @@ class IrisFromCliqueCoverOptions:
                 "IrisFromCliqueCoverOptions: iris_options must be an IrisNpOptions or"
                 f" IrisZoOptions, not {quoted(self.iris_options)}"
             )
+        refuse_parameterization(self.iris_options, "IrisFromCliqueCoverOptions")
         least = {
             "iteration_limit": 1,
             "num_points_per_coverage_check": 1,

@@ -13,6 +13,9 @@ __all__ = ["Cut", "cut_between"]
 _ROUNDING = 64.0 * EPSILON
 """Relative to coordinates: by so much a face is moved out beyond the points that it keeps."""
 
+_OF_CENTER = 0.5
+"""Of the way from a face to the ellipsoid's centre: as far a margin may move the face."""
+
 
 class Cut:
     """An ellipsoid ``{B u + center}``, and the points ``(k, n)`` that stay inside of cuts."""
@@ -35,8 +38,9 @@ class Cut:
         """Return a unit normal ``(n,)`` and the side of a face that has ``q (n,)`` beyond it.
 
         It touches the grown ellipsoid at q, and is moved inwards by ``margin`` or less: the points
-        that are kept stay inside. Where it would cut one off it is turned, to be between q and the
-        nearest point of their hull. None where q is in that hull.
+        that are kept stay inside, and the centre of the ellipsoid, unless q is within the margin
+        of it. Where it would cut one off it is turned, to be between q and the nearest point of
+        their hull. None where q is in that hull.
         """
         u: NDArray[np.float64] = (q - self.center) @ self._inverse.T
         normal = _unit(self._inverse.T @ u)
@@ -53,6 +57,9 @@ class Cut:
     ) -> float | None:
         """Return the offset of a face, at most at q; None where a point to keep is beyond q."""
         at = float(normal @ q)
+        if float(np.linalg.norm(q - self.center)) > margin:
+            # Beside a thin ellipsoid a face is near its centre, however far q is.
+            margin = min(margin, _OF_CENTER * (at - float(normal @ self.center)))
         if not np.isfinite(at) or not normal.any():
             return None
         if not len(self.kept):

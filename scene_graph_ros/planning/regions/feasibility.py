@@ -40,17 +40,35 @@ class Feasibility:
         obstacles: Sequence[ConvexSet] = (),
         constraints: Constraints | None = None,
         threads: int = 1,
+        parameterization: Callable[[NDArray[np.float64]], Any] | None = None,
     ) -> None:
         """Take an object with ``check_configs_collision_free``, and the checked options."""
+        self.parameterization = parameterization
         self.checker, self.obstacles, self.constraints = checker, tuple(obstacles), constraints
         self.threads = threads
         self.asked = 0
 
+    def configurations(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the configurations ``(n, nq)`` of a region's points ``(n, k)``.
+
+        Raises RegionError for a parameterization that returns something else.
+        """
+        if self.parameterization is None:
+            return points
+        given = self.parameterization(points)
+        rule = "parameterization must return finite numbers"
+        q = real_array(given, rule, RegionError)
+        shape = (len(points), self.checker.model.tree.num_positions)
+        if q.shape != shape or not np.isfinite(q).all():
+            raise RegionError(f"{rule} {shape} of points {points.shape}, not {quoted(given)}")
+        return q
+
     def free(self, q: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Tell of configurations ``(n, nq)`` which are free."""
+        """Tell of configurations ``(n, nq)``, or of a region's points, which are free."""
         self.asked += len(q)
         if not len(q):
             return np.zeros(0, dtype=np.bool_)
+        q = self.configurations(q)
         result = np.array(
             self.checker.check_configs_collision_free(q, threads=self.threads), dtype=np.bool_
         )

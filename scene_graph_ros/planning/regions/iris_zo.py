@@ -20,6 +20,7 @@ from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
 from scene_graph_ros.planning.checker.checker_interface import CollisionChecker
 from scene_graph_ros.planning.cliques.visibility_graph import checked_parallelism
 from scene_graph_ros.planning.regions.arguments import (
+    checked_box,
     checked_center,
     checked_domain,
     checked_kept,
@@ -77,22 +78,24 @@ def iris_zo(
 
     ``starting_ellipsoid`` is a `Hyperellipsoid` or `AffineBall` ``(nq,)`` about a configuration
     that is free and in the domain; its size does not count. Paddings of the checker are kept. With
-    ``certificate`` a `ConfigurationRegion`, which has the test that the region passed.
+    ``certificate`` a `ConfigurationRegion`, which has the test that the region passed. With
+    ``options.parameterization`` all three are of the points that it takes, ``(k,)``.
 
     Raises RegionError for a centre that is not free or not in the domain, an unbounded domain,
     robots that float, and points to keep whose hull is not free or has not the centre in it;
     RegionNotFoundError where no region passed the test.
     """
     chosen = IrisZoOptions() if options is None else options
-    box = checked_domain(checker, domain)
-    n = box.ambient_dimension
+    is_own = chosen.parameterization is None
+    box = checked_domain(checker, domain) if is_own else checked_box(domain)
     feasibility = Feasibility(
         checker,
-        checked_obstacles(chosen.configuration_obstacles, n),
+        checked_obstacles(chosen.configuration_obstacles, checker.model.tree.num_positions),
         checked_constraints(chosen.additional_constraints),
         checked_parallelism(checker, chosen.parallelism),
+        chosen.parameterization,
     )
-    B, center = ellipsoid_map(starting_ellipsoid, n)
+    B, center = ellipsoid_map(starting_ellipsoid, box.ambient_dimension)
     checked_center(feasibility, box, center, "starting_ellipsoid: the centre")
     kept = checked_kept(feasibility, box, center, chosen.containment_points)
     found = grow_zo(feasibility, box, B, center, kept, chosen)
@@ -137,6 +140,7 @@ class _Rounds:
         A, b = self._domain.A, self._domain.b
         starts = points = center[np.newaxis]
         hits = 0
+        passed: Attempt | None = None
         for number in range(1, options.max_iterations_separating_planes + 1):
             # All errors together are at most delta: 6 / (pi k)^2 is their share of it.
             share = (6.0 / math.pi**2) ** 2 / (self._ellipsoids * number) ** 2
@@ -157,7 +161,11 @@ class _Rounds:
             if is_passed:
                 bound = share_bound(len(points), hits, error)
                 region = HPolyhedron(A, b)
-                return Attempt(region, len(points), hits, bound, 1.0 - options.delta, self._tests)
+                passed = Attempt(
+                    region, len(points), hits, bound, 1.0 - options.delta, self._tests
+                )
+                if not (hits and options.remove_all_collisions_possible):
+                    return passed
             nearer = bisected(self._feasibility, colliding, center, options.bisection_steps)
             most_faces = options.max_separating_planes_per_iteration
             normals, sides, inside = cut_between(
@@ -169,6 +177,8 @@ class _Rounds:
             starts = points[still] if still.any() else center[np.newaxis]
             if not self._holds_start(A, b, starts):
                 starts = self._kept[:1] if len(self._kept) else center[np.newaxis]
+        if passed is not None:
+            return passed
         raise RegionNotFoundError(
             f"iris_zo: {options.max_iterations_separating_planes} rounds of faces left"
             f" {hits} of {len(points)} points that are not free; raise"

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 import math
 import numbers
 from typing import Any
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
@@ -70,9 +71,27 @@ class IrisZoOptions:
     additional_constraints: Constraints | None = None
     """A function of configurations ``(n, nq)`` that returns ``(n, k)``: all at most 0 where free.
     It may be called in any thread."""
+    parameterization: Callable[[np.ndarray], ArrayLike] | None = None
+    """A continuous function of a region's points ``(n, k)`` that returns configurations
+    ``(n, nq)``: the region is one of these points. The domain is theirs, the ellipsoid and the
+    points to keep are, too; obstacles and constraints are of configurations. It is for `iris_zo`
+    alone."""
+    remove_all_collisions_possible: bool = False
+    """Whether a region that passed its test is cut at the test's points that are not free, and
+    tested anew, until a test has none or no rounds are left."""
 
     def __post_init__(self) -> None:
         """Check all values."""
+        if self.parameterization is not None and not callable(self.parameterization):
+            raise RegionError(
+                "IrisZoOptions: parameterization must be a function, or None, not"
+                f" {quoted(self.parameterization)}"
+            )
+        if not isinstance(self.remove_all_collisions_possible, bool):
+            raise RegionError(
+                "IrisZoOptions: remove_all_collisions_possible must be True or False, not"
+                f" {quoted(self.remove_all_collisions_possible)}"
+            )
         least = {
             "num_particles": 1,
             "max_iterations": 1,

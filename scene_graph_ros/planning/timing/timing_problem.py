@@ -19,6 +19,8 @@ from scene_graph_ros.planning.edges.curves import turning_quaternions
 from scene_graph_ros.planning.edges.edge_proofs import EdgeProofs, prove
 from scene_graph_ros.planning.edges.edge_stretches import EdgeRules, FREE
 from scene_graph_ros.planning.pairs.check_kernels import NO_PAIR
+from scene_graph_ros.planning.paths.planned_path import Plan
+from scene_graph_ros.planning.plan_failure import PlanFailure
 from scene_graph_ros.trajectories.errors import TrajectoryError
 from scene_graph_ros.trajectories.limit_rounding import LIMIT_ROUNDING
 from scene_graph_ros.trajectories.motion_ends import EndRates
@@ -38,6 +40,7 @@ __all__ = [
     "as_timed_path",
     "as_timeout",
     "beyond_limit",
+    "no_path",
     "not_free",
     "not_retimed",
     "position_excess",
@@ -57,6 +60,8 @@ class TimingFailure(enum.Enum):
     """It was not done in time."""
     NOT_RETIMED = 4
     """The retimer that was asked for found none."""
+    NO_PATH = 5
+    """There is no path: the `Plan` says why."""
 
 
 @one_line()
@@ -68,7 +73,8 @@ class TimedPath:
     through them, in s. ``least_clearance`` (m) is what all pairs certainly keep, beyond their
     paddings, at all times from point ``free_from`` on: 0, unless it leads out of a collision.
     ``stops`` is at how many corners of the path the robots come to rest,
-    ``rounded`` how many they round. ``failure`` and ``reason`` say why there is none.
+    ``rounded`` how many they round. ``failure`` and ``reason`` say why there is none. ``plan`` is
+    the `Plan` that was looked for first, where `plan_trajectory` was asked.
     """
 
     points: TrajectoryPoints | None
@@ -79,6 +85,7 @@ class TimedPath:
     failure: TimingFailure | None
     reason: str | None
     free_from: int = 0
+    plan: Plan | None = None
 
     @property
     def is_success(self) -> bool:
@@ -257,6 +264,13 @@ def _failed(kind: TimingFailure, reason: str) -> TimedPath:
 def not_retimed(error: Exception) -> TimedPath:
     """Return that a retimer found none."""
     return _failed(TimingFailure.NOT_RETIMED, str(error))
+
+
+def no_path(plan: Plan) -> TimedPath:
+    """Return that there is no path that a trajectory could follow, for a plan without success."""
+    is_late = plan.failure is PlanFailure.TIMEOUT
+    kind = TimingFailure.TIMEOUT if is_late else TimingFailure.NO_PATH
+    return replace(_failed(kind, plan.reason or ""), plan=plan)
 
 
 def too_late() -> TimedPath:

@@ -1,6 +1,7 @@
 """A graph whose edit is interrupted is the one before it or the one after it."""
 
 from functools import partial
+from types import SimpleNamespace
 
 from interrupting import instruction_count, interrupted_at, places
 import numpy as np
@@ -58,6 +59,8 @@ def answers(world):
 EDITS = {
     "add_vertex": lambda w: w.graph.add_vertex(Point((5, 5)), "new"),
     "add_edge": lambda w: w.graph.add_edge(w.v[0], w.v[3], "new"),
+    "add_vertex_from_template": lambda w: w.graph.add_vertex_from_template(w.v[1]),
+    "add_edge_from_template": lambda w: w.graph.add_edge_from_template(w.v[0], w.v[3], w.e[0]),
     "remove_vertex": lambda w: w.graph.remove_vertex(w.v[1]),
     "remove_edge": lambda w: w.graph.remove_edge(w.e[3]),
     "add_cost": lambda w: w.e[1].add_cost(10.0),
@@ -69,6 +72,11 @@ EDITS = {
     "clear_phi_constraints": lambda w: w.e[3].clear_phi_constraints(),
     "clear_all_phi_constraints": lambda w: w.graph.clear_all_phi_constraints(),
 }
+
+
+def of_clone(graph):
+    """Return a graph with its own vertices and edges."""
+    return SimpleNamespace(graph=graph, v=graph.vertices, e=graph.edges)
 
 
 RELAXED = GraphOfConvexSetsOptions(convex_relaxation=True)
@@ -94,6 +102,7 @@ ASKED = {
         [e.name for e in path]
         for path in w.graph.sample_paths(w.v[0], w.v[3], dict.fromkeys(w.graph.edges, 0.5))
     ],
+    "clone": lambda w: answers(of_clone(w.graph.clone())),
     "drawing": lambda w: w.graph.get_graphviz_string(found(w)),
 }
 

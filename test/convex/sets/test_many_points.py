@@ -95,6 +95,21 @@ def test_hulls_and_sums_of_many_sets_ask_their_members():
     assert hull.intersects_with(HPolyhedron.make_box(places[0] - 0.1, places[0] + 0.1))
 
 
+@pytest.mark.parametrize("shift", [0.0, 1e6])
+def test_hulls_of_many_balls_meet_what_is_inside(shift):
+    """Sixty balls about a sphere: a box, points and other balls within, and ones far outside."""
+    rng = np.random.default_rng(0)
+    centers = rng.normal(size=(60, 3))
+    centers *= 2.0 / np.linalg.norm(centers, axis=1)[:, np.newaxis]
+    hull = ConvexHull([Hyperellipsoid.make_hypersphere(0.1, c) for c in centers + shift])
+    for away, meets in ((0.0, True), (9.0, False)):
+        about = np.full(3, shift + away)
+        assert hull.intersects_with(HPolyhedron.make_box(about - 0.1, about + 0.1)) is meets
+        assert hull.intersects_with(VPolytope(0.1 * centers + about)) is meets
+        small = [Hyperellipsoid.make_hypersphere(0.01, 0.1 * c + about) for c in centers[:9]]
+        assert ConvexHull(small).intersects_with(hull) is meets
+
+
 def test_unbounded_and_empty_members():
     """A half-space makes a hull or a sum unbounded, unless nothing is left of the sum."""
     half = HPolyhedron([[1.0, 0.0]], [0.0])

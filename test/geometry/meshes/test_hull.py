@@ -1,3 +1,4 @@
+from constructed_solids import random_solid, with_specks, written
 import numpy as np
 import pytest
 
@@ -142,3 +143,20 @@ def test_what_is_no_set_of_points_is_refused(points):
     """An empty set, a plane's points and a NaN raise MeshError."""
     with pytest.raises(MeshError, match="convex hull"):
         convex_hull(np.array(points))
+
+
+@pytest.mark.parametrize("seed", [651, 874, 2090])
+def test_points_as_near_as_rounding_leave_a_hull_with_faces(seed):
+    """Bodies of 1e-13 of the whole, and corners of needles: qhull gives up, or faces are none."""
+    rng = np.random.default_rng(seed)
+    solid = random_solid(rng)
+    single = rng.random() < 0.3
+    given, _ = with_specks(rng, solid)
+    points, _ = written(rng, given, single=single)
+    hull = convex_hull(points)
+    size = np.ptp(points, axis=0).max()
+    assert (points @ hull.normals.T - hull.offsets).max() <= 1e-12 * size
+    # Each edge is of two faces, which run through it in opposite ways.
+    sides = {(a, b) for f in hull.faces for a, b in zip(f, np.roll(f, -1), strict=True)}
+    assert sides == {(b, a) for a, b in sides}
+    assert len(hull.vertices) - len(sides) // 2 + len(hull.faces) == 2

@@ -108,6 +108,7 @@ QUESTIONS = {
     "distance of a pair": lambda w: w.query.compute_signed_distance_pair_closest_points(
         w.ids["ball"], w.ids["egg"]
     ),
+    "box": lambda w: [each.tolist() for each in w.query.compute_aabb_in_world(w.ids["egg"])],
     "point of some": lambda w: w.query.compute_signed_distance_geometry_to_point(
         [0.1, 0.2, 0.3], w.set_of("ball", "egg")
     ),

@@ -107,6 +107,9 @@ ASK = {
             for tier in Accuracy
         ),
     ],
+    "compute_aabb_in_world": [
+        lambda q: [q.compute_aabb_in_world(each) for each in q.snapshot.proximity.geometry_ids],
+    ],
     "compute_signed_distance_geometry_to_point": [
         lambda q: q.compute_signed_distance_geometry_to_point(
             POINTS[0], GeometrySet(q.snapshot.proximity.geometry_ids)

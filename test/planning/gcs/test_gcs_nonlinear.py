@@ -86,6 +86,61 @@ def test_continuity_of_path_and_time_has_one_answer(first):
     assert max(costs) - min(costs) <= 1e-7
 
 
+def test_a_wait_and_bounded_accelerations_on_a_track():
+    """Two stretches of a track, a wait of 10 s between them, accelerations of at most 3.
+
+    Order 6 needs 19.365 and 15.166 s to move from rest to rest, which a sampled program agrees on.
+    """
+    pytest.importorskip("casadi")
+    graph = GcsTrajectoryOptimization(2)
+    track = Hyperrectangle([0.0, -5.0], [305.0, 5.0])
+    first, second = (graph.add_regions([track], 6, 0.0, 500.0) for _ in range(2))
+    for each in (first, second):
+        each.add_velocity_bounds([0.0, 0.0], [50.0, 0.0])
+    pit = graph.add_regions([Hyperrectangle([75.0, -5.0], [75.0, 5.0])], 0, 10.0, 20.0)
+    start = graph.add_regions([Point([0.0, 0.0])], 0, 0.0)
+    goal = graph.add_regions([Point([305.0, 0.0])], 0, 0.0)
+    away, to, off = (graph.add_edges(*p) for p in ((start, first), (first, pit), (pit, second)))
+    graph.add_edges(second, goal)
+    for k in (1, 2):
+        away.add_zero_derivative_constraints(k)
+    for each in (to, off):
+        each.add_velocity_bounds([0.0, 0.0], [0.0, 0.0])
+        each.add_zero_derivative_constraints(2)
+    graph.add_time_cost()
+    for each in (first, second):
+        each.add_nonlinear_derivative_bounds([-3.0, 0.0], [3.0, 0.0], 2)
+    trajectory, result = graph.solve_path(start, goal)
+    assert result.is_success
+    assert trajectory.end_time == pytest.approx(44.531, abs=2e-3)
+    at = np.linspace(0.0, trajectory.end_time, 1000)
+    assert abs(trajectory.derivative(2).value(at)).max() <= 3.0 * (1.0 + 1e-9)
+
+
+@pytest.mark.parametrize("order", [3, 6])
+def test_accelerations_go_on_through_many_corners(order):
+    """Sixteen boxes up a staircase: smooth ways cost next to no more than those with corners."""
+    pytest.importorskip("casadi")
+    steps = np.cumsum([[0.8 * (k % 2), 0.8 * (k % 2 == 0)] for k in range(16)], axis=0)
+    graph = GcsTrajectoryOptimization(2)
+    boxes = [Hyperrectangle(p - 0.6, p + 0.6) for p in steps]
+    free = graph.add_regions(boxes, order, h_min=0.01)
+    start, goal = (graph.add_regions([Point(p)], 0) for p in (steps[0], steps[-1]))
+    graph.add_edges(start, free)
+    graph.add_edges(free, goal)
+    graph.add_path_length_cost()
+    graph.add_time_cost()
+    graph.add_velocity_bounds([-1.0, -1.0], [1.0, 1.0])
+    options = GraphOfConvexSetsOptions(max_rounded_paths=1, convex_relaxation=True)
+    _, least = graph.solve_path(start, goal, options)
+    for k in (1, 2):
+        graph.add_continuity_constraints(k)
+    trajectory, result = graph.solve_path(start, goal, options)
+    assert result.is_success
+    assert max(abs(trajectory.jumps(k)).max() for k in (1, 2)) <= 1e-7
+    assert least.lower_bound <= result.cost <= 1.01 * least.cost
+
+
 def test_accelerations_are_bounded_at_all_times():
     """Along one axis from rest to rest: no sooner than by full acceleration, then full braking."""
     graph = GcsTrajectoryOptimization(1)
@@ -224,3 +279,15 @@ def test_what_makes_no_sense_is_refused():
     free.add_continuity_constraints(1)
     with pytest.raises(ConvexSetError, match="convex_relaxation must not be False"):
         graph.solve_path(start, goal, GraphOfConvexSetsOptions(convex_relaxation=False))
+
+
+def test_complexity_counts_what_is_asked():
+    """A time cost is one variable of each region; continuity of q' adds to every edge."""
+    graph, *_ = around_a_corner(2)
+    before = graph.estimate_complexity()
+    graph.add_time_cost(3.0)
+    regions = sum(len(each.vertices) for each in graph.get_subgraphs() if each.order)
+    assert graph.estimate_complexity() == before + regions
+    graph.add_continuity_constraints(1)
+    assert graph.estimate_complexity() > before + regions
+    assert GcsTrajectoryOptimization(3).estimate_complexity() == 0

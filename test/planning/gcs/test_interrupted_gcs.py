@@ -191,7 +191,7 @@ ASKED = {
     "drawing": lambda w: w.gcs.get_graphviz_string(),
     "subgraphs": lambda w: [each.name for each in w.gcs.get_subgraphs()],
     "edges between": lambda w: [each.name for each in w.gcs.get_edges_between_subgraphs()],
-    "graph": lambda w: w.gcs.graph_of_convex_sets.num_edges,
+    "graph": lambda w: (w.gcs.graph_of_convex_sets.num_edges, w.gcs.estimate_complexity()),
     "positions": lambda w: (w.gcs.num_positions, w.gcs.continuous_revolute_joints),
 }
 

@@ -21,6 +21,7 @@ from scene_graph_ros.planning import (
     RegionNotFoundError,
     SceneGraphCollisionChecker,
 )
+from scene_graph_ros.planning.gcs.region_clock import RegionClock
 
 SEARCH = GraphOfConvexSetsOptions(convex_relaxation=False)
 
@@ -70,6 +71,44 @@ def test_regions_grow_along_a_path_where_none_are_given(tmp_path):
         plan_through_regions(
             None, [-1.0], [0.6], velocities=[0.5], checker=checker, growth_padding=-1.0
         )
+
+
+def test_time_that_is_over_and_who_watches(tmp_path):
+    """No time for a path, for regions, for a trajectory; an exception comes out of each."""
+    checker = SceneGraphCollisionChecker(diagram(tmp_path, SLIDE, BALL))
+    boxes = [HPolyhedron.make_box(*box) for box in (([-2.0], [0.0]), ([-0.5], [0.9]))]
+    how = {"velocities": [0.5], "checker": checker}
+    with pytest.raises(RegionNotFoundError, match=r"no path .* within 0 s"):
+        plan_through_regions(None, [-1.0], [0.6], timeout=0.0, **how)
+    asked = []
+    own = GraphOfConvexSetsOptions(termination_func=lambda: bool(asked.append(1)))
+    assert RegionClock(0.0, None).in_time(own).termination_func()
+    assert not RegionClock(600.0, None).in_time(own).termination_func()
+    assert asked == [1]
+    assert RegionClock(None, None).in_time(own) is own
+    with pytest.raises(ConvexSetError, match=r"timeout must be seconds from 0 on, .* not -1"):
+        plan_through_regions(boxes, [-1.0], [0.6], timeout=-1.0, **how)
+
+    calls = []
+    plan = plan_through_regions(
+        None, [-1.0], [0.6], timeout=600.0, watch=lambda: calls.append(1), **how
+    )
+    assert plan.is_success and plan.result.cost == pytest.approx(3.2, abs=1e-6)
+    count = len(calls)
+    assert count >= 3
+
+    class EnoughError(Exception):
+        pass
+
+    for last in (1, count // 2):  # while a path is looked for, while regions grow
+        left = iter(range(last))
+
+        def watch(left=left):
+            if next(left, None) is None:
+                raise EnoughError
+
+        with pytest.raises(EnoughError):
+            plan_through_regions(None, [-1.0], [0.6], watch=watch, **how)
 
 
 def test_a_rod_turns_the_way_round_that_is_free(tmp_path):

@@ -6,6 +6,7 @@ import pytest
 from robot_scenes import BALL, diagram
 
 from scene_graph_ros.planning import (
+    Dynamics,
     KinematicTrajectoryOptimization,
     SceneGraphCollisionChecker,
     SolverOptions,
@@ -13,6 +14,7 @@ from scene_graph_ros.planning import (
     TrajectoryOptimizationError,
 )
 from scene_graph_ros.planning.trajectories import BsplineTrajectory
+from scene_graph_ros.scene_files import load_urdf
 
 POINT = """<robot name="p"><link name="base"/><link name="x"/><link name="ball">
   <collision><geometry><sphere radius="0.1"/></geometry></collision></link>
@@ -244,3 +246,41 @@ def test_a_length_costs_what_the_curve_has(is_conic):
         length = 2.0 * float(np.linalg.norm(pieces, axis=1).sum())
         assert found.cost == pytest.approx(length, abs=1e-14)
         assert found.cost == pytest.approx(2.0 * np.sqrt(3.0) * end, abs=1e-7)
+
+
+PENDULUM = """<robot name="pendulum"><link name="base"/><link name="rod"><inertial>
+  <origin xyz="0.5 0 0"/><mass value="2"/>
+  <inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial></link>
+  <joint name="hinge" type="revolute"><parent link="base"/><child link="rod"/>
+  <axis xyz="0 0 1"/><limit lower="-3" upper="3" effort="1" velocity="9"/></joint></robot>"""
+
+
+def test_efforts_are_bounded_where_that_is_asked():
+    """A rod of 0.1 + 2 * 0.5^2 = 0.6 kg m^2 on an upright axis: torques bound accelerations."""
+    dynamics = Dynamics.of_robot(load_urdf(PENDULUM))
+    places = np.linspace(0.0, 1.0, 21)
+    found = []
+    for bounds in ({}, {"ub": [1.2]}, {"lb": [-0.6], "ub": [1.2]}):
+        problem = KinematicTrajectoryOptimization(1, 8, 6)
+        problem.add_path_position_constraint([0.0], [0.0], 0)
+        problem.add_path_position_constraint([1.0], [1.0], 1)
+        for s in (0, 1):
+            problem.add_path_velocity_constraint([0.0], [0.0], s)
+        problem.add_duration_constraint(0.5, 20.0)
+        problem.add_duration_cost()
+        assert len(problem.add_effort_bounds_at_normalized_times(dynamics, places, **bounds)) == 21
+        result = problem.solve()
+        assert result.is_success
+        curve = result.trajectory
+        at = curve.start_time + places * curve.duration
+        found.append(0.6 * curve.derivative(2).value(at)[:, 0])
+    assert abs(found[0]).max() > 1.3
+    assert found[1].max() <= 1.2 + 1e-6 and found[1].min() < -0.7
+    assert found[2].max() <= 1.2 + 1e-6 and found[2].min() >= -0.6 - 1e-6
+    problem = KinematicTrajectoryOptimization(2, 8)
+    for wrong in (dynamics, None, Dynamics(lambda x, u, t, p: [x[1], u[0]], 2, 1)):
+        with pytest.raises(TrajectoryOptimizationError, match="must be Dynamics"):
+            problem.add_effort_bounds_at_normalized_times(wrong, [0.5])
+    problem = KinematicTrajectoryOptimization(1, 8)
+    with pytest.raises(TrajectoryOptimizationError, match="s must be from 0 to 1"):
+        problem.add_effort_bounds_at_normalized_times(dynamics, [0.5, 1.5])

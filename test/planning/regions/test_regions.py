@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from robot_scenes import ARM, BALL, diagram, DRONE, POSTS, SLIDE
+from robot_scenes import ARM, BALL, CART, diagram, DRONE, POSTS, SLIDE
 
 from scene_graph_ros.geometry.optimization import HPolyhedron, Hyperellipsoid, IrisOptions
 from scene_graph_ros.planning import (
@@ -301,6 +301,99 @@ def test_faces_touch_the_grown_ellipsoid_and_keep_points():
     assert (kept @ normal <= side).all() and normal @ [2.0, 0.0] > side
     inside = np.array([[1.5, 0.5]])
     assert cut_between(Cut(np.eye(2), np.zeros(2), kept), inside, 0.1, -1)[2] is not None
+
+
+def test_a_margin_leaves_the_centre_of_a_thin_ellipsoid_inside():
+    """Unless what is not free is itself within the margin of it."""
+    thin = Cut(np.diag([0.6, 1e-5]), np.zeros(2), np.zeros((0, 2)))
+    q = np.array([0.6, 1e-4])
+    (normal,), (side,), inside = cut_between(thin, q[np.newaxis], 0.01, -1)
+    assert inside is None
+    # (0, 1) nearly: the face is 1e-4 from the centre, and q is beyond it.
+    assert 0.0 < side < normal @ q < 1.1e-4
+    (normal,), (side,), _ = cut_between(thin, np.array([[0.005, 0.0]]), 0.01, -1)
+    assert side == pytest.approx(0.005 - 0.01)
+
+
+def test_regions_around_a_thin_ellipsoid_are_found(tmp_path):
+    """Along a free edge between four boxes, for seeds whose margins cut the centre off before."""
+    checker = SceneGraphCollisionChecker(diagram(tmp_path, CART))
+    boxes = [([0.1, 0.5], [1, 1]), ([-1, -1], [-0.1, -0.5]), ([0.1, -1], [1, -0.5])]
+    obstacles = [HPolyhedron.make_box(*each) for each in [*boxes, ([-1, 0.5], [-0.1, 1])]]
+    half, center = np.array([-0.1, 0.6]), np.array([0.05, 0.15])
+    along = half / np.linalg.norm(half)
+    across = np.array([-along[1], along[0]])
+    A = np.vstack([along / np.linalg.norm(half), across / 1e-3])
+    for seed in (0, 7, 12, 15):
+        options = IrisNpOptions(
+            configuration_obstacles=obstacles,
+            random_seed=seed,
+            starting_ellipse=Hyperellipsoid(A, center),
+        )
+        region = iris_in_configuration_space(checker, [0.0, 0.0], options)
+        assert region.point_in_set(center)
+        assert not any(region.intersects_with(each) for each in obstacles)
+
+
+def test_a_region_of_parameters_is_free_through_their_function(arm):
+    """Both joints as functions of one number, and of numbers squeezed by an arc tangent."""
+    coupled = replace(FAST, parameterization=lambda s: np.concatenate([s, -2.0 * s], axis=1))
+    line = HPolyhedron.make_box([-1.4], [1.4])
+    region = iris_zo(arm, Hyperellipsoid.make_hypersphere(0.01, [0.0]), line, coupled)
+    s = np.linspace(-1.4, 1.4, 400)[:, np.newaxis]
+    inside = region.point_in_set(s)
+    assert inside[200] and 0 < inside.sum() < 400
+    assert arm.check_configs_collision_free(coupled.parameterization(s[inside])).mean() >= 0.95
+    # In tangents of half angles lines are curves of angles.
+    tangents = replace(FAST, parameterization=lambda t: 2.0 * np.arctan(t))
+    box = HPolyhedron.make_box([-2.0, -2.0], [2.0, 2.0])
+    region = iris_zo(arm, ball([0.0, 0.0]), box, tangents, certificate=True)
+    t = np.random.default_rng(0).uniform(-2.0, 2.0, size=(2000, 2))
+    chosen = t[region.region.point_in_set(t)]
+    assert len(chosen) > 50
+    assert arm.check_configs_collision_free(2.0 * np.arctan(chosen)).mean() >= 0.95
+
+
+@pytest.mark.parametrize(
+    ("function", "message"),
+    [
+        (3, "parameterization must be a function, or None, not 3"),
+        (lambda s: s[:, :1], r"parameterization must return finite numbers \(1, 2\) of points"),
+        (lambda s: np.full((len(s), 2), np.nan), "parameterization must return finite numbers"),
+        (lambda s: "no", "parameterization must return finite numbers"),
+    ],
+)
+def test_parameterizations_that_make_no_sense_are_refused(arm, function, message):
+    """By what they return."""
+    with pytest.raises(RegionError, match=message):
+        iris_zo(arm, ball([0.0, 0.0]), DOMAIN, replace(FAST, parameterization=function))
+
+
+def test_parameterizations_are_for_one_region_alone(arm):
+    """Where seeds are configurations they are refused."""
+    options = replace(FAST, parameterization=lambda s: s)
+    with pytest.raises(RegionError, match="region_around: options have a parameterization"):
+        region_around(arm, [0.0, 0.0], DOMAIN, options)
+    with pytest.raises(RegionError, match="IrisFromCliqueCoverOptions: options have"):
+        IrisFromCliqueCoverOptions(iris_options=options)
+    with pytest.raises(RegionError, match="domain must be an HPolyhedron, not None"):
+        iris_zo(arm, ball([0.0, 0.0]), None, options)
+
+
+def test_collisions_of_a_test_are_removed(arm):
+    """As long as there are some and rounds are left; a region with few of them passes without."""
+    rough = replace(FAST, epsilon=0.3, delta=0.3, max_iterations=1)
+    plain = iris_zo(arm, ball([0.0, 0.0]), DOMAIN, rough, certificate=True)
+    clean = iris_zo(
+        arm,
+        ball([0.0, 0.0]),
+        DOMAIN,
+        replace(rough, remove_all_collisions_possible=True),
+        certificate=True,
+    )
+    assert plain.hits > clean.hits == 0
+    with pytest.raises(RegionError, match="remove_all_collisions_possible must be True or False"):
+        replace(rough, remove_all_collisions_possible=1)
 
 
 def test_bounds_of_shares_are_those_of_clopper_and_pearson():

@@ -14,7 +14,7 @@ from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array
 
-__all__ = ["FunctionConstraint", "FunctionCost", "FunctionTerm"]
+__all__ = ["FunctionConstraint", "FunctionCost", "FunctionTerm", "WrittenConstraint"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +73,10 @@ class FunctionConstraint:
         values = _values(self.function, points, numbers, len(self.lower))
         kept = [values - self.lower, self.upper - values]
         return np.concatenate(kept)[np.isfinite(np.concatenate([self.lower, self.upper]))]
+
+
+class WrittenConstraint(FunctionConstraint):
+    """A constraint whose function is written with operators: also of expressions ``(n, 1)``."""
 
 
 FunctionTerm = FunctionCost | FunctionConstraint

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 import functools
 from typing import Any, ClassVar, TYPE_CHECKING
 
@@ -27,6 +27,7 @@ from scene_graph_ros.convex.graphs.model.checked_result import checked_result
 from scene_graph_ros.convex.graphs.model.edge_table import EdgeTable
 from scene_graph_ros.convex.graphs.model.edge_terms import EdgeTerms
 from scene_graph_ros.convex.graphs.model.placed_set import PlacedSet
+from scene_graph_ros.convex.graphs.model.term_copies import renumbered
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.geometry.one_line import cut
 from scene_graph_ros.geometry.quoting import quoted
@@ -129,6 +130,14 @@ class _Costly:
         self._changes += 1
         self._constraints.append((constraint, used))
         return constraint
+
+    def _take_terms(self, template: _Costly, numbers: Mapping[int, int]) -> None:
+        """Take the costs and constraints of another, of vertices with other numbers."""
+        self._changes += 1
+        self._costs += [(renumbered(term, numbers), used) for term, used in template._costs]
+        self._constraints += [
+            (renumbered(term, numbers), used) for term, used in template._constraints
+        ]
 
     def discard_constraint(self, constraint: Any) -> None:
         """Take back a constraint that `add_constraint` returned; others that equal it stay."""

@@ -117,6 +117,14 @@ class EdgeTerms:
         """The rows that have to be in the cones of the layout."""
         return self._parts[self.layout.rest + 3 :]
 
+    def costs(self) -> list[tuple[str, Part, slice]]:
+        """Return the kind of each function of its cost, its rows and which they are.
+
+        The last is the linear rest, of the kind ``"sum"``.
+        """
+        kinds = (*self.layout.kinds, "sum")
+        return list(zip(kinds, self._parts, self.layout.slices(), strict=False))
+
     def cost(self, xu: np.ndarray, xv: np.ndarray) -> float:
         """Return the cost at points less their centres."""
         values, slices = self.rows.at(xu, xv), self.layout.slices()

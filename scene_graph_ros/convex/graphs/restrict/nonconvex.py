@@ -1,28 +1,30 @@
 """Points of a path where costs and constraints are functions that need not be convex.
 
-From the points of the convex program, by sequential quadratic programming (Kraft, "A software
-package for sequential quadratic programming", 1988, as SciPy has it). What is found is the best
-nearby; points that break anything are refused by who asks, and no bound comes of it.
+From the points of the convex program: by IPOPT where functions are written with operators, by
+sequential quadratic programming (Kraft, "A software package for sequential quadratic programming",
+1988, as SciPy has it) where they are somebody's own. What is found is the best nearby; points that
+break anything are refused by who asks, and no bound comes of it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+import functools
 import itertools
 from typing import Any
 
 import numpy as np
 
+from scene_graph_ros.convex.errors import SolverError
 from scene_graph_ros.convex.graphs.expressions.functions import FunctionConstraint, FunctionCost
 from scene_graph_ros.convex.graphs.expressions.term_cones import kept_by
 from scene_graph_ros.convex.graphs.model.edge_terms import EdgeTerms
 from scene_graph_ros.convex.graphs.model.placed_set import PlacedMatrix, PlacedSet
 from scene_graph_ros.convex.graphs.relax.relaxation import PlacedFunction, Problem
+from scene_graph_ros.convex.graphs.restrict.smooth_path import is_smooth, smooth_program
 from scene_graph_ros.convex.solve.cones.cone_program import Cone
-from scene_graph_ros.convex.solve.nonlinear import (
-    Differentiable,
-    minimize_nonlinear,
-)
+from scene_graph_ros.convex.solve.nonlinear import Differentiable, minimize_nonlinear
+from scene_graph_ros.convex.solve.smooth_program import SmoothProgram
 
 __all__ = ["functions_at", "with_functions"]
 
@@ -50,29 +52,36 @@ def with_functions(
     """Return points ``(n,)`` less their centres, near which none that keep all cost less.
 
     ``start`` are points of the sets. They are in the sets and keep what is convex to rounding of
-    the solver, where it found such points.
+    the solver, where it found such points. Raises SolverError where no search ended at points that
+    are a local optimum, and some keep all.
     """
     program, generator = _Program(problem, path), np.random.default_rng(0)
-    best, least = list(start), (np.inf, np.inf)
+    best, least = list(start), (True, np.inf, np.inf)
     for trial in range(_TRIALS):
         away = _BESIDE if trial == 1 else _AWAY
-        found, is_converged = program.solve(
+        found, is_optimal = program.solve(
             start if trial == 0 else program.near(start, away, generator)
         )
         worst = program.violation(found)
-        rank = (max(worst, _KEPT), program.cost(found))
+        rank = (not is_optimal, max(worst, _KEPT), program.cost(found))
         if rank < least:
             best, least = found, rank
-        if is_converged and worst <= _KEPT:
+        if not program.is_smooth and is_optimal and worst <= _KEPT:
             break
+    if least[0] and least[1] <= _ACCEPTED:
+        raise SolverError(
+            f"GraphOfConvexSets.solve_convex_restriction: the points of a path of {len(path)}"
+            f" edges keep all constraints, but none of {_TRIALS} searches ended at a local optimum"
+        )
     return best
 
 
 _TRIALS = 5
-"""Where something is broken, or the method did not converge, it is begun again elsewhere."""
+"""From how many starts the best is taken; where functions are somebody's own, the first of these
+that leads to a local optimum."""
 
-_KEPT = 1e-8
-"""By how much points may break something to be kept."""
+_KEPT, _ACCEPTED = 1e-8, 1e-7
+"""By how much points may break something for a search to end, and to be kept at all."""
 
 _BESIDE, _AWAY = 1e-4, 0.4
 """Of the half width of a set: how far from its point it is begun elsewhere. First beside it, as a
@@ -90,12 +99,23 @@ class _Program:
         ends = np.cumsum([0, *(placed.S.shape[1] for placed in self._sets)]).tolist()
         self._slices = [slice(a, b) for a, b in itertools.pairwise(ends)]
         self._count = ends[-1]
+        self.is_smooth = is_smooth(problem, path, self._sets)
 
     def solve(self, start: Sequence[np.ndarray]) -> tuple[list[np.ndarray], bool]:
-        """Solve from points; return others less their centres, and whether it converged."""
+        """Solve from points; return others less their centres, and whether they are optimal."""
         first = np.zeros(self._count)
         for placed, at, x in zip(self._sets, self._slices, start, strict=True):
             first[at] = _variables_at(placed, x)
+        y, is_optimal = self._smooth.solve(first) if self.is_smooth else self._by_squares(first)
+        parts = zip(self._sets, self._slices, strict=True)
+        return [placed.S @ y[at] for placed, at in parts], is_optimal
+
+    @functools.cached_property
+    def _smooth(self) -> SmoothProgram:
+        return smooth_program(self._problem, self._path, self._sets, self._slices)
+
+    def _by_squares(self, first: np.ndarray) -> tuple[np.ndarray, bool]:
+        """Return variables by sequential least squares."""
         equal, least = self._of_sets()
         for k, e in enumerate(self._path):
             self._of_terms(k, self._problem.terms[e], equal, least)
@@ -104,9 +124,7 @@ class _Program:
                     equations, others = _split(self._differences(k, each), each.term)
                     equal += equations
                     least += others
-        y, is_converged = minimize_nonlinear(self._cost, first, equal, least)
-        parts = zip(self._sets, self._slices, strict=True)
-        return [placed.S @ y[at] for placed, at in parts], is_converged
+        return minimize_nonlinear(self._cost, first, equal, least)
 
     def cost(self, points: Sequence[np.ndarray]) -> float:
         """Return the cost at points less their centres."""

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.compiled.kernel import kernel
 from scene_graph_ros.geometry.meshes.bvh import build_bvh, traversal_stack
+from scene_graph_ros.geometry.meshes.solids.overlaps import next_leaf
 from scene_graph_ros.geometry.meshes.solids.press import (
     gap_between,
     moved,
@@ -39,26 +40,15 @@ _BESIDE = 1e-9
 @kernel
 def _folds(vertices, triangles, normals, lower, upper, tree, flat, shared):
     """Return pairs (k, 2) of triangles that lie on each other."""
-    node_lower, node_upper, left, right, order = tree
+    order = tree[4]
     stack = traversal_stack()
     pairs, count = np.empty((64, 2), np.int64), 0
     for t in range(len(triangles)):
-        stack[0], depth = 0, 1
-        while depth > 0:
-            depth -= 1
-            node = stack[depth]
-            meets = True
-            for axis in range(3):
-                meets = meets and lower[t, axis] <= node_upper[node, axis]
-                meets = meets and upper[t, axis] >= node_lower[node, axis]
-            if not meets:
-                continue
-            if left[node] >= 0:
-                stack[depth], stack[depth + 1] = right[node], left[node]
-                depth += 2
-                continue
-            for slot in range(-1 - left[node], -1 - left[node] + right[node]):
-                s = order[slot]
+        stack[0] = 0
+        slot, end, depth = next_leaf(stack, 1, lower, upper, t, tree)
+        while slot < end:
+            for k in range(slot, end):
+                s = order[k]
                 if s <= t:
                     continue
                 if gap_between(vertices, triangles, normals, t, s, -flat, flat, shared) < -flat:
@@ -69,6 +59,7 @@ def _folds(vertices, triangles, normals, lower, upper, tree, flat, shared):
                     pairs = longer
                 pairs[count, 0], pairs[count, 1] = t, s
                 count += 1
+            slot, end, depth = next_leaf(stack, depth, lower, upper, t, tree)
     return pairs[:count].copy()
 
 

@@ -1,8 +1,9 @@
 """How often a surface winds around the points just above each of its polygons.
 
-Across an edge of two polygons the number stays; where two triangles cross, it changes by one from
-the front of the other triangle to its back. So numbers are known up to one constant for each
-connected surface, and that is counted at its largest polygons, which have clear answers.
+Across an edge of two polygons the number stays; where two triangles cross, it changes from the
+front of the other triangle to its back by as many as that one stands for. So numbers are known up
+to one constant for each connected surface, and that is counted at its largest polygons, which have
+clear answers.
 """
 
 from __future__ import annotations
@@ -56,19 +57,21 @@ def numbers_above(
     is_front: list[dict[int, bool]],
     vertices: FloatArray,
     triangles: IntArray,
+    times: IntArray,
 ) -> IntArray:
     """Return (n,) winding numbers on the front sides of the polygons of closed triangles.
 
-    ``is_front`` tells of polygons, the first ones, on which side of other triangles they are.
-    Raises DegenerateError where the polygons do not fit together.
+    ``is_front`` tells of polygons, the first ones, on which side of other triangles they are, and
+    ``times`` (m,) how many triangles each stands for. Raises DegenerateError where the polygons do
+    not fit together.
     """
     middles, areas = _middles(points, rings)
-    one, other, change = _relations(len(points), rings, is_front)
+    one, other, change = _relations(len(points), rings, is_front, times)
     label, relative = _along(one, other, change, len(middles))
     order = np.lexsort([-areas, label])
     rank = np.arange(len(order)) - np.searchsorted(label[order], label[order])
     asked = order[rank < _VOTERS]
-    counted = winding_numbers(middles[asked], vertices, triangles, rings.source[asked])
+    counted = winding_numbers(middles[asked], vertices, triangles, rings.source[asked], times)
     offset = counted - relative[asked]
     # Per surface, the number that most of the area says.
     lowest = int(offset.min())
@@ -89,7 +92,7 @@ def _middles(points: FloatArray, rings: Rings) -> tuple[FloatArray, FloatArray]:
 
 
 def _relations(
-    count: int, rings: Rings, is_front: list[dict[int, bool]]
+    count: int, rings: Rings, is_front: list[dict[int, bool]], times: IntArray
 ) -> tuple[IntArray, IntArray, IntArray]:
     """Return polygons (k,), their neighbours, and by how much the neighbours' numbers differ."""
     key = np.minimum(rings.start, rings.end) * count + np.maximum(rings.start, rings.end)
@@ -121,7 +124,12 @@ def _relations(
     return (
         np.concatenate([rings.polygon[a], pairs[:, 0]]),
         np.concatenate([rings.polygon[b], pairs[:, 1]]),
-        np.concatenate([np.zeros(len(a), dtype=np.int64), np.where(ways[0].astype(bool), 1, -1)]),
+        np.concatenate(
+            [
+                np.zeros(len(a), dtype=np.int64),
+                np.where(ways[0].astype(bool), 1, -1) * times[across],
+            ]
+        ),
     )
 
 

@@ -5,16 +5,41 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.compiled.kernel import kernel
+from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.bvh import traversal_stack
 
-__all__ = ["groups_of_boxes", "meeting_boxes"]
+__all__ = ["groups_of_boxes", "meeting_boxes", "next_leaf"]
+
+
+@lean_kernel
+def next_leaf(stack, depth, lower, upper, i, tree):
+    """Return (slot, end, depth) of the next leaf of a tree that box i of (n, 3) boxes meets.
+
+    Its boxes are ``order[slot:end]``; there is none where both are equal. Begin with depth 1 and
+    0 at the bottom of the stack, and go on with the depth that is returned.
+    """
+    node_lower, node_upper, left, right, _ = tree
+    while depth > 0:
+        depth -= 1
+        node = stack[depth]
+        meets = True
+        for axis in range(3):
+            meets = meets and lower[i, axis] <= node_upper[node, axis]
+            meets = meets and upper[i, axis] >= node_lower[node, axis]
+        if not meets:
+            continue
+        if left[node] < 0:
+            first = -1 - left[node]
+            return first, first + right[node], depth
+        stack[depth], stack[depth + 1] = right[node], left[node]
+        depth += 2
+    return 0, 0, 0
 
 
 @kernel
 def meeting_boxes(lower, upper, tree):
     """Return (k, 2) rows: which of n boxes meet which of a tree's; twice the work, no guess."""
-    node_lower, node_upper, left, right, order = tree
+    order = tree[4]
     stack = traversal_stack()
     count = 0
     pairs = np.empty((0, 2), np.int64)
@@ -23,24 +48,14 @@ def meeting_boxes(lower, upper, tree):
             pairs = np.empty((count, 2), np.int64)
         count = 0
         for i in range(len(lower)):
-            stack[0], depth = 0, 1
-            while depth > 0:
-                depth -= 1
-                node = stack[depth]
-                meets = True
-                for axis in range(3):
-                    meets = meets and lower[i, axis] <= node_upper[node, axis]
-                    meets = meets and upper[i, axis] >= node_lower[node, axis]
-                if not meets:
-                    continue
-                if left[node] >= 0:
-                    stack[depth], stack[depth + 1] = right[node], left[node]
-                    depth += 2
-                    continue
-                for slot in range(-1 - left[node], -1 - left[node] + right[node]):
+            stack[0] = 0
+            slot, end, depth = next_leaf(stack, 1, lower, upper, i, tree)
+            while slot < end:
+                for k in range(slot, end):
                     if fill == 1:
-                        pairs[count, 0], pairs[count, 1] = i, order[slot]
+                        pairs[count, 0], pairs[count, 1] = i, order[k]
                     count += 1
+                slot, end, depth = next_leaf(stack, depth, lower, upper, i, tree)
     return pairs
 
 

@@ -1,6 +1,8 @@
 """Which triangles belong together where more than two meet at an edge.
 
-They are paired around it: those beside each other that bound one wedge of the solid.
+They are paired around it: those beside each other that bound one wedge of the solid. Where wedges
+are nested, by the winding numbers of the sectors between triangles: the wedge that began last ends
+first, so that no pair passes through another one.
 """
 
 from __future__ import annotations
@@ -9,14 +11,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.meshes.solids.half_edges import Edges, edges_of, mates_of
+from scene_graph_ros.geometry.meshes.solids.walk import walk_parts
 from scene_graph_ros.geometry.spatial.elementary import arc_tangents
 from scene_graph_ros.geometry.spatial.sums import length, product
 
-__all__ = ["pair_around", "with_pairs_apart"]
+__all__ = ["is_nested_in_itself", "pair_around", "with_pairs_apart"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
+
+_ONE_PLANE = 1e-9
+"""Radians: triangles around an edge that are nearer to each other are in one plane."""
+
+_UP = (0.5403, 0.2918, 0.7892)
+"""A direction that is along hardly any plane."""
 
 
 def with_pairs_apart(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, IntArray]:
@@ -31,7 +40,9 @@ def with_pairs_apart(vertices: FloatArray, triangles: IntArray) -> tuple[FloatAr
     edges = edges_of(triangles)
     mate = mates_of(edges)
     if not (edges.counts == 2).all():
-        pair_around(vertices, triangles, edges, mate, np.zeros(len(triangles), dtype=bool))
+        label, turned, _ = walk_parts(mate, edges.start)
+        is_closed = np.zeros(len(triangles), dtype=bool)
+        pair_around(vertices, triangles, edges, mate, is_closed, label, turned)
     half = np.flatnonzero(mate >= 0)
     across = mate[half]
     # Corner h is where half edge h begins, and its mate ends there.
@@ -44,45 +55,148 @@ def with_pairs_apart(vertices: FloatArray, triangles: IntArray) -> tuple[FloatAr
 
 
 def pair_around(
-    vertices: FloatArray, triangles: IntArray, edges: Edges, mate: IntArray, is_closed: BoolArray
+    vertices: FloatArray,
+    triangles: IntArray,
+    edges: Edges,
+    mate: IntArray,
+    is_closed: BoolArray,
+    label: IntArray,
+    turned: BoolArray,
 ) -> bool:
-    """Pair half edges of open parts around edges that have an even number of them; tell if any."""
-    counts = edges.counts
-    changed = False
-    for e in np.flatnonzero(counts > 2):
+    """Pair half edges of open parts around edges that have an even number of them; tell if any.
+
+    ``label`` (m,) is the part of each triangle, as far as it is known by edges of two, and
+    ``turned`` (m,) whether it runs the other way than the part's first one.
+    """
+    around = []
+    for e in np.flatnonzero(edges.counts > 2):
         half = edges.order[edges.first[e] : edges.first[e + 1]]
         half = half[(mate[half] < 0) & ~is_closed[half // 3]]
-        if len(half) < 2 or len(half) % 2:
-            continue
-        angles = _angles(vertices, triangles, edges, half)
-        order = np.lexsort([_layers(triangles, edges, half), angles])
-        half, angles = half[order], angles[order]
-        low = edges.start[half] < edges.end[half]
-        if (low[::2] != low[1::2]).all():
-            # Counter-clockwise around the edge, a half edge along it is where its solid ends.
-            shift = 0 if not low[0] else 1
+        if len(half) > 1 and len(half) % 2 == 0:
+            around.append(half)
+    if not around:
+        return False
+    begins = (edges.start > edges.end) != np.repeat(_against(label, turned), 3)
+    is_oriented = _run_alike(edges, around, begins)
+    for half in around:
+        if is_oriented[half[0] // 3]:
+            half, _ = _around(vertices, triangles, edges, half, label, begins)
+            one, other = _wedges(begins[half])
         else:
-            shift = _tighter(angles, np.sort(triangles[half // 3], axis=1))
-        half = np.roll(half, -shift)
-        mate[half[::2]], mate[half[1::2]] = half[1::2], half[::2]
-        changed = True
-    return changed
+            half = _without_own_pairs(half, begins[half], label, mate)
+            if not len(half):
+                continue
+            half, gaps = _around(vertices, triangles, edges, half, label, None)
+            one = np.arange(_tighter(gaps), len(half), 2)
+            other = (one + 1) % len(half)
+        mate[half[one]], mate[half[other]] = half[other], half[one]
+    return True
 
 
-def _layers(triangles: IntArray, edges: Edges, half: IntArray) -> IntArray:
-    """Return numbers that order doubled triangles around their edge as sheets on one another.
+def _against(label: IntArray, turned: BoolArray) -> BoolArray:
+    """Return a mask of triangles (m,): those that run against most of their part."""
+    share = np.bincount(label, turned) / np.bincount(label)
+    return turned != (share > 0.5)[label]
 
-    The sheets are stacked along the normal of the triangle with its vertices in ascending order.
+
+def _run_alike(edges: Edges, around: list[IntArray], begins: BoolArray) -> BoolArray:
+    """Tell of triangles (m,) whether the bodies that they are joined with say what is inside.
+
+    They do where each of the edges ``around`` is run through as often one way as the other.
     """
-    corner = triangles[half // 3, (half % 3 + 2) % 3]
-    low, high = np.minimum(edges.start[half], edges.end[half]), edges.end[half]
-    high = np.maximum(edges.start[half], high)
-    is_middle = (corner > low) & (corner < high)
-    return np.where(is_middle, -1, 1) * half
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    m, row = len(edges.order) // 3, edges.rows()
+    triangle = np.arange(3 * m) // 3
+    graph = coo_array((np.ones(3 * m), (triangle, m + row)), shape=(m + len(edges.counts),) * 2)
+    body = connected_components(graph, directed=False)[1][:m]
+    is_alike = np.ones(int(body.max()) + 1, dtype=bool)
+    for half in around:
+        is_alike[body[half[0] // 3]] &= 2 * np.count_nonzero(begins[half]) == len(half)
+    return np.asarray(is_alike[body])
 
 
-def _angles(vertices: FloatArray, triangles: IntArray, edges: Edges, half: IntArray) -> FloatArray:
-    """Return the angles (k,) of triangles around their common edge, from the lower vertex."""
+def _without_own_pairs(
+    half: IntArray, begins: BoolArray, label: IntArray, mate: IntArray
+) -> IntArray:
+    """Pair those half edges (k,) that are the only two of their part; return the others."""
+    of = label[half // 3]
+    is_paired = np.zeros(len(half), dtype=bool)
+    for part in np.unique(of):
+        rows = np.flatnonzero(of == part)
+        if len(rows) == 2 and begins[rows[0]] != begins[rows[1]]:
+            one, other = half[rows]
+            mate[one], mate[other] = other, one
+            is_paired[rows] = True
+    return half[~is_paired]
+
+
+def is_nested_in_itself(vertices: FloatArray, triangles: IntArray) -> bool:
+    """Tell whether oriented closed triangles (m, 3) wind twice around a sector at an edge."""
+    edges = edges_of(triangles)
+    label = np.zeros(len(triangles), dtype=np.int64)
+    begins = edges.start > edges.end
+    for e in np.flatnonzero(edges.counts > 2):
+        half = edges.order[edges.first[e] : edges.first[e + 1]]
+        half, _ = _around(vertices, triangles, edges, half, label, begins)
+        if (begins[half] == np.roll(begins[half], 1)).any():
+            return True
+    return False
+
+
+def _around(
+    vertices: FloatArray,
+    triangles: IntArray,
+    edges: Edges,
+    half: IntArray,
+    label: IntArray,
+    begins: BoolArray | None,
+) -> tuple[IntArray, FloatArray]:
+    """Return the half edges (k,) of an edge counter-clockwise around it, and the gaps behind them.
+
+    Of those in one plane the solid's wedges end before others begin. Several that begin there, or
+    end, are nested as their parts' labels say, the lowest outside, at all edges alike. ``begins``
+    (3 m,) tells of half edges where wedges begin; without it, the labels' order is that of sheets
+    on one another.
+    """
+    angles, stack = _angles(vertices, triangles, edges, half)
+    order = np.argsort(angles, kind="stable")
+    gaps = np.diff(np.append(angles[order], angles[order[0]] + 2.0 * np.pi))
+    # From the widest gap on, so that no plane is cut in two.
+    widest = int(gaps.argmax()) + 1
+    order, gaps = np.roll(order, -widest), np.roll(gaps, -widest)
+    half, stack = half[order], stack[order]
+    plane = np.concatenate([[0], np.cumsum(gaps[:-1] > _ONE_PLANE)])
+    ends_first = [] if begins is None else [begins[half]]
+    way = stack if begins is None else np.where(begins[half], 1, -1)
+    keys = [way * half, way * label[half // 3], *ends_first, plane]
+    return half[np.lexsort(keys)], gaps
+
+
+def _wedges(begins: BoolArray) -> tuple[IntArray, IntArray]:
+    """Return the beginnings and ends of wedges, (k / 2,) rows each, of half edges (k,)."""
+    sectors = np.cumsum(np.where(begins, 1, -1))
+    first = int(sectors.argmin()) + 1  # behind a sector of the lowest winding number
+    pairs, open_ones = [], []
+    for k in range(first, first + len(begins)):
+        row = k % len(begins)
+        if begins[row]:
+            open_ones.append(row)
+        else:
+            pairs.append((open_ones.pop(), row))
+    one, other = np.array(pairs).T
+    return one, other
+
+
+def _angles(
+    vertices: FloatArray, triangles: IntArray, edges: Edges, half: IntArray
+) -> tuple[FloatArray, IntArray]:
+    """Return the angles (k,) of triangles around their common edge, from the lower vertex.
+
+    And for each whether sheets on it are behind one another there in the order in which they are
+    along _UP, 1, or the other way round, -1.
+    """
     low = np.minimum(edges.start[half[0]], edges.end[half[0]])
     high = np.maximum(edges.start[half[0]], edges.end[half[0]])
     axis = vertices[high] - vertices[low]
@@ -95,16 +209,15 @@ def _angles(vertices: FloatArray, triangles: IntArray, edges: Edges, half: IntAr
     corner = triangles[half // 3, (half % 3 + 2) % 3]
     arms = vertices[corner] - vertices[low]
     angles: FloatArray = arc_tangents(product(arms, np.cross(axis, u)), product(arms, u))
-    return angles
+    return angles, np.where(product(np.cross(axis, arms), np.array(_UP)) > 0.0, 1, -1)
 
 
-def _tighter(angles: FloatArray, corners: IntArray) -> int:
-    """Return 0 or 1: from which on pairs of sorted angles are nearer to each other.
+def _tighter(gaps: FloatArray) -> int:
+    """Return 0 or 1: from which on pairs of half edges are nearer to each other.
 
-    Pairs of doubled triangles, with equal ``corners`` (k, 3), bound nothing: they are avoided.
+    Pairs in one plane bound nothing: they are avoided.
     """
-    doubled = (corners == np.roll(corners, -1, axis=0)).all(axis=1)
-    if doubled[::2].any() != doubled[1::2].any():
-        return 1 if doubled[::2].any() else 0
-    gaps = np.diff(np.append(angles, angles[0] + 2.0 * np.pi))
+    is_flat = gaps <= _ONE_PLANE
+    if is_flat[::2].any() != is_flat[1::2].any():
+        return 1 if is_flat[::2].any() else 0
     return 0 if gaps[::2].sum() <= gaps[1::2].sum() else 1

@@ -11,7 +11,7 @@ from scene_graph_ros.geometry.meshes.solids.half_edges import Edges, edges_of, m
 from scene_graph_ros.geometry.meshes.solids.pairing import pair_around
 from scene_graph_ros.geometry.meshes.solids.walk import walk_parts
 
-__all__ = ["Parts", "find_parts", "joined_parts", "signed_volumes"]
+__all__ = ["Parts", "find_parts", "joined_parts", "signed_volumes", "size_of"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -49,7 +49,9 @@ def find_parts(vertices: FloatArray, triangles: IntArray) -> Parts:
     label, turned, is_two_sided = walk_parts(mate, edges.start)
     closed = _closed(edges, label, turned, is_two_sided)
     for _ in range(_ROUNDS):
-        if closed.all() or not pair_around(vertices, triangles, edges, mate, closed[label]):
+        if closed.all():
+            break
+        if not pair_around(vertices, triangles, edges, mate, closed[label], label, turned):
             break
         label, turned, is_two_sided = walk_parts(mate, edges.start)
         closed = _closed(edges, label, turned, is_two_sided)
@@ -71,6 +73,13 @@ def joined_parts(alone: Parts, rest: Parts, shift: int) -> Parts:
         np.concatenate([alone.volumes[closed], rest.volumes]),
         np.concatenate([at[alone.against], rest.against + int(kept.sum())]),
     )
+
+
+def size_of(vertices: FloatArray, triangles: IntArray) -> float:
+    """Return the largest extent of triangles (m, 3) along an axis."""
+    is_used = np.zeros(len(vertices), dtype=bool)
+    is_used[triangles] = True
+    return float(np.ptp(vertices[is_used], axis=0).max())
 
 
 def signed_volumes(

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.bvh import build_bvh, traversal_stack
+from scene_graph_ros.geometry.meshes.solids.overlaps import next_leaf
 from scene_graph_ros.geometry.meshes.triangle_boxes import triangle_boxes
 from scene_graph_ros.geometry.spatial.vectors import cross, dot, load_vector, norm, subtract
 
@@ -121,28 +122,21 @@ def _candidates(vertices, triangles, lower, upper, tree, most, limit):
 
     Those are limit pairs where there are as many or more.
     """
-    node_lower, node_upper, left, right, order = tree
+    order = tree[4]
     stack = traversal_stack()
     pairs, count = np.empty((64, 2), np.int64), 0
     for t in range(len(triangles)):
-        stack[0], depth = 0, 1
-        while depth > 0:
-            depth -= 1
-            node = stack[depth]
-            if not _meets(lower, upper, t, node_lower, node_upper, node):
-                continue
-            if left[node] >= 0:
-                stack[depth], stack[depth + 1] = right[node], left[node]
-                depth += 2
-                continue
-            for slot in range(-1 - left[node], -1 - left[node] + right[node]):
-                s = order[slot]
+        stack[0] = 0
+        slot, end, depth = next_leaf(stack, 1, lower, upper, t, tree)
+        while slot < end:
+            for k in range(slot, end):
+                s = order[k]
                 if s <= t or not _meets(lower, upper, t, lower, upper, s):
                     continue
                 shared = 0
-                for k in range(3):
-                    for m in range(3):
-                        shared += triangles[t, k] == triangles[s, m]
+                for i in range(3):
+                    for j in range(3):
+                        shared += triangles[t, i] == triangles[s, j]
                 if (
                     shared > 1
                     or _is_beside(vertices, triangles, t, s, most)
@@ -157,6 +151,7 @@ def _candidates(vertices, triangles, lower, upper, tree, most, limit):
                 count += 1
                 if count == limit:
                     return pairs[:count].copy()
+            slot, end, depth = next_leaf(stack, depth, lower, upper, t, tree)
     return pairs[:count].copy()
 
 

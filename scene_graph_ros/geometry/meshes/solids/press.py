@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.bvh import build_bvh, traversal_stack
+from scene_graph_ros.geometry.meshes.solids.overlaps import next_leaf
 from scene_graph_ros.geometry.meshes.triangle_boxes import triangle_boxes
 from scene_graph_ros.geometry.spatial.sums import least_squares
 from scene_graph_ros.geometry.spatial.vectors import cross, dot, load_vector, norm, subtract
@@ -116,32 +117,22 @@ def _gaps(vertices, triangles, part, normals, lower, upper, tree, least, most, s
 
     Boxes (m, 3) and their tree are as much larger than triangles as the largest gap.
     """
-    node_lower, node_upper, left, right, order = tree
+    order = tree[4]
     stack = traversal_stack()
     gaps = np.full(len(triangles), -np.inf)
     pairs = 0
     for t in range(len(triangles)):
-        stack[0], depth = 0, 1
-        while depth > 0:
-            depth -= 1
-            node = stack[depth]
-            meets = True
-            for axis in range(3):
-                meets = meets and lower[t, axis] <= node_upper[node, axis]
-                meets = meets and upper[t, axis] >= node_lower[node, axis]
-            if not meets:
-                continue
-            if left[node] >= 0:
-                stack[depth], stack[depth + 1] = right[node], left[node]
-                depth += 2
-                continue
-            for slot in range(-1 - left[node], -1 - left[node] + right[node]):
-                s = order[slot]
+        stack[0] = 0
+        slot, end, depth = next_leaf(stack, 1, lower, upper, t, tree)
+        while slot < end:
+            for k in range(slot, end):
+                s = order[k]
                 if s <= t or part[s] == part[t]:
                     continue
                 gap = gap_between(vertices, triangles, normals, t, s, least, most, shared)
                 gaps[t], gaps[s] = max(gaps[t], gap), max(gaps[s], gap)
                 pairs += gap > -least
+            slot, end, depth = next_leaf(stack, depth, lower, upper, t, tree)
     return gaps, pairs
 
 

@@ -13,7 +13,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.meshes.distinct_rows import used_indices
+from scene_graph_ros.geometry.meshes.distinct_rows import distinct_rows, used_indices
 from scene_graph_ros.geometry.meshes.solids.arrangement import arrangement
 from scene_graph_ros.geometry.meshes.solids.half_edges import edges_of
 from scene_graph_ros.geometry.meshes.solids.levels import numbers_above, rings_of
@@ -46,6 +46,9 @@ def resolved(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, Int
         TooManyError: the triangles cross each other too often.
 
     """
+    triangles, times = _counted(triangles)
+    if not len(triangles):
+        return vertices[:0], triangles
     rng = np.random.default_rng(5)
     fraction, exponent = math.frexp(np.abs(vertices[triangles]).max())
     unit = math.ldexp(1.0, exponent - (fraction == 0.5) - _WHOLE)
@@ -53,7 +56,7 @@ def resolved(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, Int
     for step in _STEPS:
         try:
             moved = whole + rng.integers(-step, step + 1, whole.shape)
-            points, faces = _boundary(moved, triangles)
+            points, faces = _boundary(moved, triangles, times)
         except DegenerateError:
             continue
         if _is_balanced(faces):
@@ -62,11 +65,32 @@ def resolved(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, Int
     return None
 
 
-def _boundary(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, IntArray]:
+def _counted(triangles: IntArray) -> tuple[IntArray, IntArray]:
+    """Return one triangle for all on the same vertices, and how many (m,) run its way.
+
+    No step apart separates those. As many that run the other way are taken off; where none is
+    left, the triangles bound nothing.
+    """
+    distinct = distinct_rows(np.sort(triangles, axis=1))
+    a, b, c = triangles.T
+    runs_up = ((a < b) & (b < c)) | ((b < c) & (c < a)) | ((c < a) & (a < b))
+    surplus = np.zeros(len(distinct.first), dtype=np.int64)
+    np.add.at(surplus, distinct.inverse, np.where(runs_up, 1, -1))
+    rows = triangles[distinct.first]
+    surplus *= np.where(runs_up[distinct.first], 1, -1)
+    rows = np.where((surplus < 0)[:, None], rows[:, ::-1], rows)
+    kept = surplus != 0
+    return np.ascontiguousarray(rows[kept]), np.abs(surplus[kept])
+
+
+def _boundary(
+    vertices: FloatArray, triangles: IntArray, times: IntArray
+) -> tuple[FloatArray, IntArray]:
     points, polygons, source, is_front = arrangement(vertices, triangles)
     whole = np.setdiff1d(np.arange(len(triangles)), source)
     rings = rings_of(polygons, triangles[whole], np.concatenate([source, whole]))
-    is_boundary = numbers_above(points, rings, is_front, vertices, triangles) == 0
+    above = numbers_above(points, rings, is_front, vertices, triangles, times)
+    is_boundary = (above <= 0) & (above + times[rings.source] >= 1)
     faces = [triangles[whole[is_boundary[len(polygons) :]]]]
     added: list[FloatArray] = []
     for k in np.flatnonzero(is_boundary[: len(polygons)]).tolist():

@@ -29,6 +29,7 @@ from scene_graph_ros.geometry.meshes.solids.parts import (
     joined_parts,
     Parts,
     signed_volumes,
+    size_of,
 )
 from scene_graph_ros.geometry.meshes.solids.repair import repaired
 from scene_graph_ros.geometry.meshes.solids.shed import without_membranes
@@ -127,7 +128,7 @@ def _one_closed_part(vertices: FloatArray, triangles: IntArray) -> Solid | None:
 def _of_any_parts(
     vertices: FloatArray, triangles: IntArray, tolerance: float, resolve: bool
 ) -> Solid:
-    size = float(np.ptp(vertices[triangles].reshape(-1, 3), axis=0).max())
+    size = size_of(vertices, triangles)
     # What is closed by the file's own numbers is a part, whatever else has the same vertices.
     triangles = _of_three_vertices(triangles)
     alone = find_parts(vertices, triangles)

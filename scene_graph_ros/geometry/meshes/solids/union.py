@@ -21,8 +21,8 @@ from scene_graph_ros.geometry.meshes.solids.crossings import first_crossing
 from scene_graph_ros.geometry.meshes.solids.folds import unfolded
 from scene_graph_ros.geometry.meshes.solids.half_edges import edges_of
 from scene_graph_ros.geometry.meshes.solids.overlaps import groups_of_boxes
-from scene_graph_ros.geometry.meshes.solids.pairing import with_pairs_apart
-from scene_graph_ros.geometry.meshes.solids.parts import Parts
+from scene_graph_ros.geometry.meshes.solids.pairing import is_nested_in_itself, with_pairs_apart
+from scene_graph_ros.geometry.meshes.solids.parts import Parts, signed_volumes, size_of
 from scene_graph_ros.geometry.meshes.solids.piercing import TooManyError
 from scene_graph_ros.geometry.meshes.solids.press import pressed_together
 from scene_graph_ros.geometry.meshes.solids.resolve import resolved
@@ -90,7 +90,7 @@ def unite(vertices: FloatArray, parts: Parts, tolerance: float, *, resolve: bool
     found = _split(vertices, parts)
     if not found:
         return United(*_together([]), 0, np.zeros(0, dtype=np.int64), (), 0, None, "")
-    size = float(np.ptp(vertices[parts.triangles].reshape(-1, 3), axis=0).max())
+    size = size_of(vertices, parts.triangles)
     extents = np.array([(part.upper - part.lower).max() for part in found])
     is_kept = extents > LEAST_PART * size
     dropped = np.flatnonzero(parts.is_closed)[~is_kept]
@@ -188,6 +188,9 @@ def _united_group(
 ) -> _Piece:
     """Return the boundary of the solid of parts whose boxes overlap, with the middle as origin."""
     points, members = _about(middle, vertices, members)
+    nested = [is_nested_in_itself(points, part.triangles) for part in members]
+    if len(members) > 1 and not resolve:  # else all are cut together
+        points, members, nested = _without_nesting(points, members, nested)
     label = np.repeat(np.arange(len(members)), [len(part.triangles) for part in members])
     triangles = np.concatenate([part.triangles for part in members])
     if len(members) == 1:
@@ -201,13 +204,13 @@ def _united_group(
         return _Piece(*_resolved_group(points, triangles), 0, crossing)
     hollow = [False] * len(members)
     if may_have_cavities(members):
-        hollow = cavities_among(points, members, _bodies(points, members))
+        hollow = cavities_among(points, members, _bodies(points, members, nested))
     oriented = np.where(np.array(hollow)[label][:, None], triangles[:, ::-1], triangles)
     pressed = pressed_together(points, oriented, label, tolerance)
     points = pressed.vertices
     crossing = None
     try:
-        united = _by_library(_bodies(points, members), hollow)
+        united = _by_library(_bodies(points, members, nested), hollow)
         _hold_to_winding((points, oriented), united)
         crossing = first_crossing(*united) if resolve else None
         is_resolved = crossing is not None
@@ -216,6 +219,30 @@ def _united_group(
     if is_resolved:
         united = _resolved_group(points, oriented)
     return _Piece(*united, int(np.sum(hollow)), crossing, pressed.slits, pressed.point)
+
+
+def _without_nesting(
+    points: FloatArray, members: list[Part], nested: list[bool]
+) -> tuple[FloatArray, list[Part], list[bool]]:
+    """Return vertices and parts, those nested in themselves as they are without walls inside.
+
+    The library would leave the walls. Also returns which could not be cut.
+    """
+    at, result, left, count = [points], [], list(nested), len(points)
+    for k, part in enumerate(members):
+        if nested[k]:
+            try:
+                own, triangles = _resolved_group(*_used(points, part.triangles))
+            except _NotUnitedError:
+                result.append(part)
+                continue
+            one = np.zeros(len(triangles), dtype=np.int64)
+            volume = float(signed_volumes(own, triangles, one, 1)[0]) / 6.0
+            part = part._replace(triangles=triangles + count, volume=volume)
+            at.append(own)
+            left[k], count = False, count + len(own)
+        result.append(part)
+    return np.concatenate(at), result, left
 
 
 def _about(
@@ -254,24 +281,27 @@ def _by_library(bodies: Sequence[Any], hollow: list[bool]) -> tuple[FloatArray, 
         raise _NotUnitedError("manifold3d refuses a part")
     solids = [body for body, is_hollow in zip(bodies, hollow, strict=True) if not is_hollow]
     hollows = [body for body, is_hollow in zip(bodies, hollow, strict=True) if is_hollow]
+    whole = manifold3d.Manifold.batch_boolean(solids, manifold3d.OpType.Add)
     if hollows:
         out = _levels(hollows, len(hollows))
-        inside = _levels(solids, len(out) + 1)
+        # Where there is no cavity, it is enough to be in one of the others.
+        inside = [whole, *_levels(_beside(solids, hollows), len(out) + 1)[1:]]
         out.append(manifold3d.Manifold())
         whole = manifold3d.Manifold.batch_boolean(
             [u - v for u, v in zip(inside, out, strict=False)], manifold3d.OpType.Add
         )
-    else:
-        whole = manifold3d.Manifold.batch_boolean(solids, manifold3d.OpType.Add)
     mesh = whole.to_mesh64()
     points = np.array(mesh.vert_properties[:, :3], dtype=np.float64)
     triangles = np.array(mesh.tri_verts, dtype=np.int64).reshape(-1, 3)
     return _used(points, without_short_edges(points, triangles))
 
 
-def _bodies(vertices: FloatArray, members: list[Part]) -> list[Any]:
-    """Return parts for the library, with None for those that it refuses."""
-    return [_body(*_used(vertices, part.triangles)) for part in members]
+def _bodies(vertices: FloatArray, members: list[Part], nested: list[bool]) -> list[Any]:
+    """Return parts for the library, with None for those that it refuses or that are nested."""
+    return [
+        None if is_nested else _body(*_used(vertices, part.triangles))
+        for part, is_nested in zip(members, nested, strict=True)
+    ]
 
 
 def _body(vertices: FloatArray, triangles: IntArray) -> Any:
@@ -287,20 +317,47 @@ def _body(vertices: FloatArray, triangles: IntArray) -> Any:
     return body if body.status() == manifold3d.Error.NoError else None
 
 
+def _beside(bodies: Sequence[Any], others: Sequence[Any]) -> list[Any]:
+    """Return the bodies whose boxes meet the box of any other one."""
+    own = np.array([body.bounding_box() for body in bodies])
+    boxes = np.array([body.bounding_box() for body in others])
+    is_below = (own[:, None, :3] <= boxes[None, :, 3:]).all(axis=2)
+    is_above = (own[:, None, 3:] >= boxes[None, :, :3]).all(axis=2)
+    rows = np.unique(np.nonzero(is_below & is_above)[0])
+    return [bodies[k] for k in rows.tolist()]
+
+
 def _levels(bodies: Sequence[Any], most: int) -> list[Any]:
-    """Return, for k from 1 to at most ``most``, the points that are in k or more of the bodies."""
-    levels: list[Any] = []
-    for body in bodies:
-        above = [level ^ body for level in levels]
-        if not levels:
-            levels = [body]
-            continue
-        if len(levels) < most and not above[-1].is_empty():
-            levels.append(above[-1])
-        for k in range(len(above) - 1, 0, -1):
-            levels[k] = levels[k] + above[k - 1]
-        levels[0] = levels[0] + body
-    return levels
+    """Return, for k from 1 to at most ``most``, the points that are in k or more of the bodies.
+
+    Halves of the bodies are counted first: points in k of all are in i of the one half, and in
+    k - i of the other. So most intersections are of few triangles.
+    """
+    levels = [[body] for body in bodies]
+    while len(levels) > 1:
+        left = levels[-1:] if len(levels) % 2 else []
+        pairs = zip(levels[::2], levels[1::2], strict=False)
+        levels = [_levels_of_both(one, other, most) for one, other in pairs] + left
+    return levels[0] if levels else []
+
+
+def _levels_of_both(one: list[Any], other: list[Any], most: int) -> list[Any]:
+    """Return, for k up to ``most``, the points that are in k or more of two halves together."""
+    import manifold3d
+
+    result: list[Any] = []
+    for k in range(1, min(most, len(one) + len(other)) + 1):
+        terms = [one[k - 1]] if k <= len(one) else []
+        terms += [other[k - 1]] if k <= len(other) else []
+        terms += [
+            one[i - 1] ^ other[k - i - 1]
+            for i in range(max(1, k - len(other)), min(len(one), k - 1) + 1)
+        ]
+        level = manifold3d.Manifold.batch_boolean(terms, manifold3d.OpType.Add)
+        if level.is_empty():
+            break
+        result.append(level)
+    return result
 
 
 def _hold_to_winding(

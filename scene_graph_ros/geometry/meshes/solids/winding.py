@@ -63,7 +63,7 @@ def _passes(p, inverse, lower, upper, node):
 
 
 @kernel
-def _number(p, d, vertices, triangles, tree, own):
+def _number(p, d, vertices, triangles, times, tree, own):
     """Return (winding number, is_clear) by one ray; just above the triangle ``own``, if any."""
     lower, upper, left, right, order = tree
     inverse = (1.0 / d[0], 1.0 / d[1], 1.0 / d[2])
@@ -86,24 +86,24 @@ def _number(p, d, vertices, triangles, tree, own):
             if t == own:
                 # A ray that begins above it and goes down leaves the surface once less.
                 if dot(d, cross(subtract(b, a), subtract(c, a))) < 0.0:
-                    total -= 1
+                    total -= times[t]
                 continue
             sign, is_clear = _crossing(p, d, a, b, c)
             if not is_clear:
                 return 0, False
-            total += sign
+            total += times[t] * sign
     return total, True
 
 
 @kernel
-def _numbers(points, own, rays, vertices, triangles, tree):
+def _numbers(points, own, rays, vertices, triangles, times, tree):
     """Return (n,) winding numbers; the last ray's where none is clear."""
     result = np.zeros(len(points), np.int64)
     for i in range(len(points)):
         p = load_vector(points, i)
         for k in range(len(rays)):
             ray = load_vector(rays, k)
-            total, is_clear = _number(p, ray, vertices, triangles, tree, own[i])
+            total, is_clear = _number(p, ray, vertices, triangles, times, tree, own[i])
             result[i] = total
             if is_clear:
                 break
@@ -115,11 +115,13 @@ def winding_numbers(
     vertices: NDArray[np.float64],
     triangles: NDArray[np.int64],
     above: NDArray[np.int64] | None = None,
+    times: NDArray[np.int64] | None = None,
 ) -> NDArray[np.int64]:
     """Return (n,) how often closed triangles wind around each of (n, 3) points.
 
     It is 1 inside of one part whose triangles run counter-clockwise seen from outside. With
-    ``above`` (n,) each point is in a triangle, and the number is that of its front side.
+    ``above`` (n,) each point is in a triangle, and the number is that of its front side. ``times``
+    (m,) says how many triangles each stands for, once by default.
     """
     lower, upper = triangle_boxes(vertices, triangles)
     slack = 1e-12 * float((upper.max(axis=0) - lower.min(axis=0)).max())
@@ -128,5 +130,6 @@ def winding_numbers(
     rays = np.sign(rays) * np.maximum(np.abs(rays), 0.1)
     rays /= np.linalg.norm(rays, axis=1)[:, None]
     own = np.full(len(points), -1) if above is None else above
-    arrays = (np.array(a, order="C") for a in (points, own, rays, vertices, triangles))
+    times = np.ones(len(triangles), dtype=np.int64) if times is None else times
+    arrays = (np.array(a, order="C") for a in (points, own, rays, vertices, triangles, times))
     return np.asarray(_numbers(*arrays, tree))

@@ -19,6 +19,7 @@ from scene_graph_ros.geometry.perception.exact.cover import Cover
 from scene_graph_ros.geometry.perception.picture_bodies import with_one_picture_each
 from scene_graph_ros.geometry.perception.srgb import linear
 from scene_graph_ros.geometry.perception.surfaces import Patch, patch_of_shape
+from scene_graph_ros.geometry.perception.traced.environment_map import EnvironmentMap
 from scene_graph_ros.geometry.perception.traced.lights import LightParameter
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 
@@ -45,6 +46,7 @@ class Tracing(NamedTuple):
     samples: int
     max_depth: int
     seed: int
+    environment: EnvironmentMap | None = None
 
 
 def trace(
@@ -72,7 +74,7 @@ def trace(
                 # The latter lets light through what is transparent, on its way to a surface, too.
                 "type": "volpath" if cover.is_transparent.any() else "path",
                 "max_depth": tracing.max_depth,
-                "hide_emitters": True,
+                "hide_emitters": tracing.environment is None or not tracing.environment.skybox,
             },
             "sensor": _sensor(mi, core, height),
             **_lights(mi, tracing, X_WS),
@@ -136,7 +138,17 @@ def _lights(mi: Any, tracing: Tracing, X_WS: FloatArray) -> dict[str, Any]:
         for k, light in enumerate(tracing.lights)
         if light.intensity > 0.0
     }
-    if tracing.ambient > 0.0:
+    if tracing.environment is not None:
+        # Mitsuba's has +y up and begins at -z, then +x.
+        R_WE = np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+        X_SE = np.eye(4)
+        X_SE[:3, :3] = X_WS[:3, :3].T @ R_WE
+        lights["environment"] = {
+            "type": "envmap",
+            "bitmap": mi.Bitmap(np.float32(tracing.environment.texture)),
+            "to_world": mi.ScalarTransform4f(X_SE),
+        }
+    elif tracing.ambient > 0.0:
         lights["ambient"] = {"type": "constant", "radiance": tracing.ambient}
     return lights
 

@@ -25,6 +25,7 @@ from scene_graph_ros.geometry.perception.engine_parameters import (
 from scene_graph_ros.geometry.perception.exact.body_table import body_table, place_bodies
 from scene_graph_ros.geometry.perception.exact.exact_render_engine import ExactRenderEngine
 from scene_graph_ros.geometry.perception.srgb import srgb
+from scene_graph_ros.geometry.perception.traced.environment_map import EnvironmentMap
 from scene_graph_ros.geometry.perception.traced.lights import LightParameter
 from scene_graph_ros.geometry.perception.traced.mitsuba_scene import trace, Tracing
 from scene_graph_ros.geometry.quoting import quoted
@@ -65,11 +66,18 @@ class TracedRenderEngine:
     max_depth: int = 3
     """Surfaces and lights on a path: 2 is direct light alone."""
     seed: int = 0
+    environment_map: EnvironmentMap | None = None
+    """Light from all around as a picture of it, in place of ``ambient``; not for scene files."""
 
     def __post_init__(self) -> None:
         if importlib.util.find_spec("mitsuba") is None:
             raise EngineError(
                 "TracedRenderEngine: Mitsuba is not installed: pip install mitsuba==3.9.1"
+            )
+        if not isinstance(self.environment_map, EnvironmentMap | None):
+            raise EngineError(
+                "TracedRenderEngine: environment_map must be an EnvironmentMap or None, not"
+                f" {quoted(self.environment_map)}"
             )
         values: dict[str, Any] = {
             "lights": self._checked_lights(),
@@ -120,6 +128,12 @@ class TracedRenderEngine:
             }
             for light in self.lights
         ]
+        if self.environment_map is not None:
+            rows, columns = self.environment_map.texture.shape[:2]
+            values["environment_map"] = {
+                "size": [columns, rows],
+                "skybox": self.environment_map.skybox,
+            }
         return parameters_as_yaml(self, values)
 
     def render(
@@ -140,7 +154,14 @@ class TracedRenderEngine:
         red, green, blue, alpha = self.default_diffuse.as_array().tolist()
         table = body_table(snapshot.state, core.renderer_name, (red, green, blue, alpha))
         bodies, cover = place_bodies(snapshot, table)
-        tracing = Tracing(self.lights, self.ambient, self.samples, self.max_depth, self.seed)
+        tracing = Tracing(
+            self.lights,
+            self.ambient,
+            self.samples,
+            self.max_depth,
+            self.seed,
+            self.environment_map,
+        )
         light = trace(tracing, bodies, cover, core, X_WS)
         return images._replace(color=self._levels(light))
 

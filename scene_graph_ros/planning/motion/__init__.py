@@ -1,0 +1,1 @@
+"""Trajectories from start to goal in one call: searched, shortened, timed and proven."""
