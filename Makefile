@@ -53,7 +53,8 @@ all-kernels:  ## make setup, and compile what a node compiles when a scene asks 
 environment:
 	@$(BOOTSTRAP) --without-kernels
 
-demo: setup  ## run the node with a simulated robot for ten seconds
+demo:  ## make setup, and run the node with a simulated robot for ten seconds
+	@$(BOOTSTRAP) --demo
 	@$(RUN) examples/demo.py
 
 # The first two are run side by side: for most of its time `lint` is one process.

@@ -10,6 +10,7 @@ import sys
 
 import pytest
 
+from scene_graph_ros.warmup import __main__ as command_line
 from scene_graph_ros.warmup import compiler
 from scene_graph_ros.warmup.__main__ import main
 from scene_graph_ros.warmup.groups import GROUPS
@@ -108,6 +109,29 @@ def test_groups_that_are_ready_are_checked(monkeypatch, tmp_path):
     assert {task for task, is_check in done.began if not is_check} == set(GROUPS["main"].tasks)
     checks = {check for group in GROUPS.values() for check in group.checks or group.tasks}
     assert {task for task, is_check in done.began if is_check} == checks
+
+
+def test_the_bar_ends_at_what_was_compiled(monkeypatch, capsys):
+    """However many were expected, which is never fewer than there are already."""
+    seen = []
+
+    class Compiled(compiler.Compiler):
+        def _run_side_by_side(self, waiting, tell):
+            for k in range(3):
+                self._read(compiler._Line(waiting[0], f"{compiler.COMPILED}kernel_{k}"))
+                tell(self._progress())
+                seen.append(self._progress())
+
+        def _tasks(self):
+            tasks = super()._tasks()
+            self._total = 2
+            return tasks
+
+    monkeypatch.setattr(compiler, "ready_marker", lambda group: Path(os.devnull))
+    monkeypatch.setattr(command_line, "Compiler", Compiled)
+    assert command_line.warm_up(["main"]) == []
+    assert seen == [(1, 2), (2, 2), (3, 3)]
+    assert "3/3" in capsys.readouterr().err.splitlines()[-1]
 
 
 _GROUPS = """

@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 from scene_graph_ros.geometry.compiled.kernel_packs import BASELINES, baselines_here
 
-__all__ = ["Outcome", "Variant", "main", "table_of", "variants"]
+__all__ = ["Outcome", "Variant", "flaw_of", "main", "table_of", "variants"]
 
 _ROOT = Path(__file__).resolve().parents[1]
 _BITS = _ROOT / "test" / "numerics" / "same_bits.py"
@@ -78,6 +78,8 @@ def variants(here: list[str], emulator: str | None) -> Iterator[Variant]:
         why = "" if baseline in here else "nobody here compiles its kernels"
         if emulator is None:
             why = "apt-get install qemu-user"
+        elif not why and "bmi" in BASELINES[baseline]:
+            why = flaw_of(emulator, processor)
         yield Variant(
             f"emulated {processor}, {baseline}",
             _kernels_for(baseline),
@@ -85,6 +87,31 @@ def variants(here: list[str], emulator: str | None) -> Iterator[Variant]:
             has_tolerances=False,  # its solvers would take hours
             left_out=why,
         )
+
+
+_PROBE = """
+import ctypes, mmap
+code = bytes.fromhex("c4e2f8f3df" "0f92c0" "0fb6c0" "c3")  # blsi rax, rdi; setb al; return it
+page = mmap.mmap(-1, mmap.PAGESIZE, prot=mmap.PROT_READ | mmap.PROT_WRITE | mmap.PROT_EXEC)
+page.write(code)
+address = ctypes.addressof(ctypes.c_char.from_buffer(page))
+carry = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_uint64)(address)
+print(carry(0), carry(40))
+"""
+"""Whether there is a lowest bit, as the instruction BLSI tells by the carry flag."""
+
+
+def flaw_of(emulator: str, processor: str) -> str:
+    """Say which instruction an emulated processor gets wrong, "" where none is known.
+
+    Compilers take the carry flag of BLSI where code asks for the lowest bit of a word and whether
+    there is one. Emulators of x86-64-v3 before qemu 8.0 have it the wrong way round.
+    """
+    command = [emulator, "-cpu", processor, sys.executable, "-c", _PROBE]
+    environment = {**os.environ, "_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1"}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    is_right = done.returncode == 0 and done.stdout.split() == ["0", "1"]
+    return "" if is_right else "the emulator's BLSI has a wrong carry flag; qemu 8.0 has it right"
 
 
 def _features_of_numpy() -> str:

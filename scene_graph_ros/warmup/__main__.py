@@ -2,8 +2,8 @@
 
 Without arguments, those of the main job; those of a capability are compiled by its name, by --all,
 or by a node when a scene first asks for them. The big entry points are compiled in processes
-of their own, side by side; then a process asks everything, which must find nothing left to
-compile. A second call does only that.
+of their own, side by side, each kernel by the first that needs it; then a process asks everything,
+which must find nothing left to compile. A second call does only that.
 """
 
 from __future__ import annotations
@@ -25,13 +25,14 @@ def warm_up(names: list[str], processes: int | None = None) -> list[str]:
 
     Args:
         names: of groups; the main one has to be ready or among them.
-        processes: how many to use; by default one per processor.
+        processes: how many to use; by default one per processor, and one for when one waits
+            for a kernel that another compiles.
 
     """
     from tqdm import tqdm
 
     groups = [GROUPS[name] for name in names]
-    compiler = Compiler(groups, processes=processes or os.cpu_count() or 1)
+    compiler = Compiler(groups, processes=processes or 1 + (os.cpu_count() or 1))
     with tqdm(total=0, desc="compiling kernels", unit="kernel", dynamic_ncols=True) as bar:
 
         def tell(progress: Progress) -> None:
@@ -39,7 +40,8 @@ def warm_up(names: list[str], processes: int | None = None) -> list[str]:
             bar.update(progress.done - bar.n)
 
         late = compiler.run(tell)
-        bar.update(bar.total - bar.n)
+        bar.total = bar.n  # how many there are is known to a few beforehand, and now
+        bar.refresh()
     return late
 
 

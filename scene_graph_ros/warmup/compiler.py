@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from scene_graph_ros.geometry.compiled.readiness import is_ready, ready_marker
 from scene_graph_ros.warmup.groups import KernelGroup, MAIN
-from scene_graph_ros.warmup.task import COMPILED, COUNT
+from scene_graph_ros.warmup.task import COMPILED
 
 __all__ = ["Compiler", "CompilingError", "Progress"]
 
@@ -26,7 +26,7 @@ class CompilingError(RuntimeError):
 
 
 class Progress(NamedTuple):
-    """Kernels that were compiled, of so many that may have to be."""
+    """Kernels that were compiled, of about so many."""
 
     done: int
     total: int
@@ -71,8 +71,8 @@ class Compiler:
         self._lock = threading.Lock()
         self._running: list[subprocess.Popen[str]] = []
         self._is_stopped = False
-        self._totals: dict[str, int] = {}
-        self._compiled: set[str] = set()
+        self._total = 0
+        self._compiled = 0
         self._late: list[str] = []
 
     def run(self, tell: Callable[[Progress], None] = lambda progress: None) -> list[str]:
@@ -107,6 +107,7 @@ class Compiler:
             if is_ready(name):
                 rest += [_Task(name, f, True, (MAIN,)) for f in group.checks or group.tasks]
                 continue
+            self._total += group.kernels
             after = () if is_main or group.is_apart else (MAIN,)
             tasks = [_Task(name, each, False, after) for each in group.tasks]
             checks = [_Task(name, each, True, (MAIN, name)) for each in group.checks]
@@ -127,11 +128,13 @@ class Compiler:
             line = self._lines.get()
             if line.exit_code is None:
                 self._read(line)
-                total = sum(self._totals.values())
-                tell(Progress(min(len(self._compiled), total), total))
+                tell(self._progress())
             else:
                 running.remove(line.task)
                 self._require_success(line)
+
+    def _progress(self) -> Progress:
+        return Progress(self._compiled, max(self._compiled, self._total))
 
     def _start(self, task: _Task) -> None:
         module = "scene_graph_ros.warmup.task"
@@ -163,11 +166,8 @@ class Compiler:
 
     def _read(self, line: _Line) -> None:
         task, text = line.task, line.text
-        if text.startswith(COUNT):
-            count = int(text.removeprefix(COUNT))
-            self._totals[task.group] = max(count, self._totals.get(task.group, 0))
-        elif text.startswith(COMPILED):
-            self._compiled.add(text)
+        if text.startswith(COMPILED):
+            self._compiled += 1
             if task.is_check:
                 self._late.append(text.removeprefix(COMPILED))
         else:

@@ -21,12 +21,13 @@ class KernelGroup:
     ``tasks`` are functions, as ``module:name``, that call the big entry points; they run side by
     side, the slowest first. A part of another's work stands where that is not there yet.
     ``checks`` ask everything after them and find nothing to compile; the tasks themselves where
-    there are none. The modules import the declarations of the kernels, so that they can be counted
-    beforehand. ``is_apart`` says that it builds on no slow kernel of the main job.
+    there are none. ``kernels`` says about how many are compiled. ``is_apart`` says that it builds
+    on no slow kernel of the main job.
     """
 
     name: str
     what: str
+    kernels: int
     tasks: tuple[str, ...]
     checks: tuple[str, ...] = ()
     is_apart: bool = False
@@ -40,6 +41,7 @@ GROUPS: dict[str, KernelGroup] = {
         KernelGroup(
             MAIN,
             "all shapes, poses, contacts and distances",
+            850,
             (
                 f"{_HERE}.main_job:find_pairs",
                 f"{_HERE}.main_job:measure_points",
@@ -53,20 +55,21 @@ GROUPS: dict[str, KernelGroup] = {
             (f"{_HERE}.main_job:ask_main_queries", f"{_HERE}.robots:place_links"),
         ),
         # The slowest first: the others are compiled beside it.
-        KernelGroup("planning", "planning", (f"{_HERE}.robots:plan",)),
-        KernelGroup("surfaces", "contact surfaces", (f"{_HERE}.surfaces:find_surfaces",)),
+        KernelGroup("planning", "planning", 330, (f"{_HERE}.robots:plan",)),
+        KernelGroup("surfaces", "contact surfaces", 40, (f"{_HERE}.surfaces:find_surfaces",)),
         KernelGroup(
             "deformable",
             "deformable contact",
+            30,
             (f"{_HERE}.deformable:find_deformable_contact",),
         ),
-        KernelGroup("clouds", "clouds of points", (f"{_HERE}.clouds:ask_about_clouds",)),
-        KernelGroup("sensing", "images of depth", (f"{_HERE}.sensing:look_at_an_image",)),
+        KernelGroup("clouds", "clouds of points", 40, (f"{_HERE}.clouds:ask_about_clouds",)),
+        KernelGroup("sensing", "images of depth", 10, (f"{_HERE}.sensing:look_at_an_image",)),
         KernelGroup(
-            "cameras", "images of cameras", (f"{_HERE}.cameras:render_images",), is_apart=True
+            "cameras", "images of cameras", 65, (f"{_HERE}.cameras:render_images",), is_apart=True
         ),
         KernelGroup(
-            "convex", "convex sets", (f"{_HERE}.convex_sets:ask_convex_sets",), is_apart=True
+            "convex", "convex sets", 220, (f"{_HERE}.convex_sets:ask_convex_sets",), is_apart=True
         ),
     )
 }

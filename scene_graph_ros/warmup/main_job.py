@@ -29,6 +29,7 @@ from scene_graph_ros.geometry.broadphase.all_pairs import all_candidate_pairs
 from scene_graph_ros.geometry.broadphase.hierarchical_grid import candidate_pairs
 from scene_graph_ros.geometry.broadphase.pair_memory import PairMemory
 from scene_graph_ros.geometry.compiled.held_tuples import compiled_type
+from scene_graph_ros.geometry.compiled.kernel import compile_for_callers
 from scene_graph_ros.geometry.hydroelastic.bodies import body_of
 from scene_graph_ros.geometry.meshes.embedding import embed_points
 from scene_graph_ros.geometry.meshes.pieces.leaving import farthest_outside
@@ -111,7 +112,7 @@ def find_contacts_of_kinds() -> None:
     """Do another part of it."""
     pair, work = _boxes_as_cores()
     for contact_of_kinds in OF_KINDS.values():
-        contact_of_kinds.compile(tuple(map(compiled_type, (pair, 0.0, work))))
+        compile_for_callers(contact_of_kinds, tuple(map(compiled_type, (pair, 0.0, work))))
 
 
 def measure_points() -> None:

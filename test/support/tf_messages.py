@@ -21,7 +21,7 @@ def tf_message_class() -> Any:
     """Return the class TFMessage; skip where it is in neither place."""
     if importlib.util.find_spec("tf2_msgs") is None:
         if not TF_SITE_PACKAGES.is_dir():
-            pytest.skip("tf2_msgs is neither installed nor in the test workspace (`make setup`)")
+            pytest.skip("tf2_msgs is neither installed nor in the test workspace (`make test`)")
         sys.path.append(str(TF_SITE_PACKAGES))
         _preload(sorted((TF_PREFIX / "lib").glob("libtf2_msgs__*.so")))
     return importlib.import_module("tf2_msgs.msg").TFMessage

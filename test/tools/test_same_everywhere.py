@@ -1,7 +1,10 @@
 """Which processors are asked, which are named as left out, and the table of what they gave."""
 
-from scene_graph_ros.geometry.compiled.kernel_packs import BASELINES
-from tools.same_everywhere import Outcome, table_of, variants
+import pytest
+
+from scene_graph_ros.geometry.compiled.kernel_packs import BASELINES, baselines_here
+from tools import same_everywhere
+from tools.same_everywhere import flaw_of, Outcome, table_of, variants
 
 
 def _names(*asked):
@@ -10,8 +13,9 @@ def _names(*asked):
     return run, {each.name: each.left_out for each in asked_for if each.left_out}
 
 
-def test_every_baseline_and_emulated_processor_is_run_or_named():
+def test_every_baseline_and_emulated_processor_is_run_or_named(monkeypatch):
     """A processor without AVX-512 leaves out v4; without an emulator three processors are."""
+    monkeypatch.setattr(same_everywhere, "flaw_of", lambda emulator, processor: "")
     v4, v3, v2 = BASELINES
     run, left_out = _names([v3, v2], None)
     assert run[:3] == ["this processor", v2, v3]
@@ -22,6 +26,8 @@ def test_every_baseline_and_emulated_processor_is_run_or_named():
     assert run[:4] == ["this processor", v2, v3, v4]
     assert len(run) == 13
     assert not left_out
+    monkeypatch.setattr(same_everywhere, "flaw_of", lambda emulator, processor: "wrong")
+    assert list(_names([v4, v3, v2], "/usr/bin/qemu-x86_64")[1].values()) == ["wrong"] * 2
 
 
 def test_both_kernels_of_blas_numpys_and_the_c_librarys_oldest_are_asked():
@@ -36,6 +42,26 @@ def test_both_kernels_of_blas_numpys_and_the_c_librarys_oldest_are_asked():
     }
     named = [name for each in asked_for for name in each.variables]
     assert named.count("NPY_DISABLE_CPU_FEATURES") == named.count("GLIBC_TUNABLES") == 1
+
+
+@pytest.mark.parametrize(
+    ("said", "is_right"), [("0 1", True), ("1 0", False), ("", False), ("exit 3", False)]
+)
+def test_an_emulator_that_counts_bits_wrongly_is_named(tmp_path, said, is_right):
+    """It is asked by machine code; one that can't run that is none to ask, either."""
+    emulator = tmp_path / "emulator"
+    emulator.write_text(f"#!/bin/sh\n{said if 'exit' in said else f'echo {said}'}\n")
+    emulator.chmod(0o755)
+    assert ("BLSI" in flaw_of(str(emulator), "Haswell")) != is_right
+
+
+@pytest.mark.skipif("x86-64-v3" not in baselines_here(), reason="the code is for x86-64-v3")
+def test_a_processor_tells_the_lowest_bit_as_its_maker_says(tmp_path):
+    """What runs the probe as it is, without emulating anything, has no flaw."""
+    runner = tmp_path / "runner"
+    runner.write_text('#!/bin/sh\nshift 2\nexec "$@"\n')
+    runner.chmod(0o755)
+    assert flaw_of(str(runner), "Haswell") == ""
 
 
 def test_the_table_has_a_row_for_each_variant():

@@ -82,39 +82,46 @@ def _kernels(setup: Setup, venv: Path, wheels: str, name: str, options: list[str
     setup.step(name, digest(sources, wheels, *variables), [record, *cache], compile_kernels)
 
 
-def _set_up_project(venv: Path, kernels: Sequence[str], *beside: Callable[[], None]) -> None:
+def _set_up_project(
+    venv: Path, kernels: Sequence[str], *beside: Callable[[], None], with_tests: bool
+) -> None:
     """Make `.venv`: what a node, its tests and the checks of the source need.
 
-    ``kernels`` are "main", and "all" for those of capabilities that a scene may ask for. They need
-    the core's wheels alone, so they are compiled while all else is installed and built, most of
-    which is done by one process at a time; ``beside`` is done then, too.
+    ``kernels`` are "main", "demo" for those of its cameras, and "all" for those of capabilities
+    that a scene may ask for. They need the core's wheels alone, so they are compiled while all
+    else is installed and built, most of which is done by one process at a time; ``beside`` is done
+    then, too.
     """
     environment.check_machine(with_compiler=True)
-    setup = Setup(venv / "setup", count=5 + len(kernels))
+    setup = Setup(venv / "setup", count=4 + with_tests + len(kernels))
 
     def compile_kernels(core: str) -> None:
         # All at once: the last ones of the main job do not keep all processors busy.
-        is_all = "all" in kernels
-        if is_all:
-            _kernels(setup, venv, core, "kernels on demand", ["--all"])
+        steps = {"all": ("kernels on demand", "--all"), "demo": ("kernels of cameras", "cameras")}
+        more = [steps[name] for name in steps if name in kernels]
+        for name, option in more:
+            _kernels(setup, venv, core, name, [option])
         if "main" in kernels:
-            _kernels(setup, venv, core, "kernels", None if is_all else [])
+            _kernels(setup, venv, core, "kernels", None if more else [])
 
     def install_and_compile() -> None:
         core = _wheels(setup, venv, "core")
-        setup.side_by_side(lambda: compile_kernels(core), lambda: _install_ros(setup, venv))
+        setup.side_by_side(
+            lambda: compile_kernels(core), lambda: _install_ros(setup, venv, with_tests)
+        )
 
     setup.side_by_side(install_and_compile, *beside)
     environment.link_project(_ROOT, venv, with_ros=True)
 
 
-def _install_ros(setup: Setup, venv: Path) -> None:
-    """Install the wheels that the core does without, and build the messages."""
+def _install_ros(setup: Setup, venv: Path, with_tests: bool) -> None:
+    """Install the wheels that the core does without, and build the messages, also the tests'."""
     wheels = _install(setup, venv, "project", "rclpy")
     only_python = "-DONLY_PYTHON=ON"
     _interfaces(setup, venv, _ROOT / "scene_graph_msgs", venv, wheels, only_python)
-    workspace = _ROOT / "test" / "workspace"
-    _interfaces(setup, venv, workspace / "tf2_msgs", venv / "test_workspace", wheels)
+    if with_tests:
+        workspace = _ROOT / "test" / "workspace"
+        _interfaces(setup, venv, workspace / "tf2_msgs", venv / "test_workspace", wheels)
 
 
 def _set_up_core(venv: Path) -> None:
@@ -155,6 +162,7 @@ def _main() -> int:
     choice.add_argument("--peers", action="store_true", help="only the peers, into .venv")
     choice.add_argument("--workspace", action="store_true", help="only colcon, into .venv-colcon")
     choice.add_argument("--without-kernels", action="store_true", help="do not compile kernels")
+    choice.add_argument("--demo", action="store_true", help="with the kernels of its cameras")
     choice.add_argument(
         "--all-kernels", action="store_true", help="compile also what scenes may ask for"
     )
@@ -182,12 +190,18 @@ def _main() -> int:
         elif arguments.workspace:
             _set_up_workspace(_ROOT / ".venv-colcon")
         else:
-            kernels = () if arguments.without_kernels else ("main",)
+            is_for_tests = arguments.all_kernels or arguments.for_tests
+            wanted = {
+                "all": is_for_tests,
+                "demo": arguments.demo,
+                "main": not arguments.without_kernels,
+            }
             core = functools.partial(_set_up_core, _ROOT / ".venv-core")
             _set_up_project(
                 arguments.venv,
-                (*kernels, "all") if arguments.all_kernels or arguments.for_tests else kernels,
+                [name for name in wanted if wanted[name]],
                 *[core] * arguments.for_tests,
+                with_tests=is_for_tests,
             )
     except SetupError as error:
         print(f"\nThe set-up stopped: {error}", file=sys.stderr)

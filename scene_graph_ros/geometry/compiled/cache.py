@@ -19,6 +19,9 @@ Set ``SCENE_GRAPH_ROS_KERNEL_CACHE`` to place the cache elsewhere than the user'
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+import contextlib
 import functools
 import hashlib
 import inspect
@@ -32,13 +35,19 @@ from numba.core import caching, serialize, sigutils
 from numba.core.types import containers
 
 from scene_graph_ros.geometry.compiled import kernel_packs
+from scene_graph_ros.geometry.compiled.claims import claim, give_up
 from scene_graph_ros.geometry.compiled.kernel_files import (
     KernelFiles,
     make_folder,
     why_not_trusted,
 )
 from scene_graph_ros.geometry.compiled.kernel_packs import Pack, PackError
-from scene_graph_ros.geometry.compiled.lean_code import lean_code, no_bitcode, rebuild
+from scene_graph_ros.geometry.compiled.lean_code import (
+    lean_callee,
+    lean_code,
+    rebuild,
+    rebuild_callee,
+)
 from scene_graph_ros.geometry.compiled.sources import (
     digest_of_everything,
     files_of,
@@ -56,9 +65,20 @@ __all__ = [
     "cache_root",
     "digest_of_everything",
     "folder_of",
+    "is_for_callers",
     "name_by_what_it_holds",
     "packed_groups",
+    "written_behind",
 ]
+
+
+_CALLEE = "for callers"
+"""Marks the keys of kernels without machine code."""
+
+
+def is_for_callers(key: Any) -> bool:
+    """Tell whether a key is of bitcode alone, without the machine code that Python asks for."""
+    return bool(key[-1] == _CALLEE)
 
 
 class KernelCacheWarning(UserWarning):
@@ -192,6 +212,25 @@ def name_by_what_it_holds(function: Any) -> None:
         function.__qualname__ += f"_{hashlib.blake2b(held, digest_size=8).hexdigest()}"
 
 
+_writer: list[Callable[[Callable[[], None]], object]] = [lambda write: write()]
+"""The last one takes a function that writes a kernel."""
+
+
+@contextlib.contextmanager
+def written_behind() -> Iterator[None]:
+    """Write kernels while the next ones are compiled: each waits for the disk to have them.
+
+    For processes that only compile: nothing is found in the cache before it is written. All is
+    when this ends.
+    """
+    with ThreadPoolExecutor(1) as pool:
+        _writer.append(pool.submit)
+        try:
+            yield
+        finally:
+            _writer.pop()
+
+
 class KernelCache(caching.FunctionCache):
     """The cache of one kernel's machine code, for every combination of types."""
 
@@ -204,6 +243,7 @@ class KernelCache(caching.FunctionCache):
         Not numba's own, which would.
         """
         self._name, self._py_func = repr(function), function
+        self._claims: list[int] = []
         self.enable()
 
     @functools.cached_property
@@ -221,11 +261,27 @@ class KernelCache(caching.FunctionCache):
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep machine code; where that can't be done, say so once and go on without."""
+        self._save(sig, data, (), lambda: lean_code(self._impl.reduce(data)))
+
+    def save_callee(self, sig: Any, data: Any) -> None:
+        """Keep the bitcode of a kernel, for its callers."""
+        self._save(sig, data, (_CALLEE,), lambda: lean_callee(data))
+
+    def _save(
+        self, sig: Any, data: Any, mark: tuple[str, ...], contents: Callable[[], Any]
+    ) -> None:
         try:
             self._impl.locator.ensure_cache_path()
             if self._is_trusted() and self._impl.check_cachable(data):
-                key = (*self._key(sig), data.codegen.magic_tuple())
-                self._cache_file.save(key, *lean_code(self._impl.reduce(data)))
+                key = (*self._key(sig), data.codegen.magic_tuple(), *mark)
+                found = contents()
+                _writer[-1](functools.partial(self._write, key, *found))
+        except (OSError, RuntimeError) as error:
+            _warn_of(error)
+
+    def _write(self, key: Any, data: Any, bitcode: bytes) -> None:
+        try:
+            self._cache_file.save(key, data, bitcode)
         except (OSError, RuntimeError) as error:
             _warn_of(error)
 
@@ -235,6 +291,8 @@ class KernelCache(caching.FunctionCache):
         Numba's own would have it ready in any case.
         """
         found = self._load_overload(sig, target_context)
+        if found is None and self._claim(sig):
+            found = self._load_kept(sig, target_context)
         if found is None:
             target_context.refresh()
         return found
@@ -242,7 +300,7 @@ class KernelCache(caching.FunctionCache):
     def _load_overload(self, sig: Any, target_context: Any) -> Any:
         """Load machine code, or return None where there is none that can be read."""
         found = self._load_packed(sig, target_context)
-        return self.load_linkable(sig, target_context) if found is None else found
+        return self._load_kept(sig, target_context) if found is None else found
 
     def _load_packed(self, sig: Any, target_context: Any) -> Any:
         """Load the installation's machine code; None where that can't be."""
@@ -259,28 +317,66 @@ class KernelCache(caching.FunctionCache):
             return None
         try:
             data = pack.find(folder, self._impl.filename_base, self._key(sig))
-            return None if data is None else rebuild(target_context, data, no_bitcode)
+            return None if data is None else rebuild(target_context, data)
         except PackError as error:
             _warn_once(str(error))
         return None
 
-    def load_linkable(self, sig: Any, target_context: Any) -> Any:
-        """Load the user's cached machine code, which callers can be compiled with, or None."""
+    def _load_kept(self, sig: Any, target_context: Any) -> Any:
+        """Load machine code of the user's cache, or None."""
         key = (*self._key(sig), target_context.codegen().magic_tuple())
+        data = self._read(key, lambda: self._cache_file.load(key))
+        return None if data is None else self._read(key, lambda: rebuild(target_context, data))
+
+    def load_callee(self, sig: Any, target_context: Any) -> Any:
+        """Load the bitcode that callers are compiled with from the user's cache, or None.
+
+        After None no other process compiles the kernel until `release`.
+        """
+        found = self._load_callee(sig, target_context)
+        if found is None and self._claim(sig, _CALLEE):
+            found = self._load_callee(sig, target_context)
+        return found
+
+    def _claim(self, sig: Any, *mark: str) -> bool:
+        """Wait while another process compiles a kernel, then keep others from it until `release`.
+
+        Tells whether there is any use in looking for it once more.
+        """
         try:
-            data = self._cache_file.load(key) if self._is_trusted() else None
-            if data is None:
-                return None
-            return rebuild(target_context, data, functools.partial(self._load_bitcode, key))
-        except OSError as error:
+            if not self._is_trusted():
+                return False
+            self._impl.locator.ensure_cache_path()
+            name = repr((self._cache_path, self._impl.filename_base, sig, mark)).encode()
+            claimed = claim(cache_root() / "claims", name)
+        except (OSError, RuntimeError) as error:
             _warn_of(error)
-        except Exception:  # noqa: BLE001 - what is damaged may raise anything
-            self._discard(key)
+            return False
+        if claimed is not None:
+            self._claims.append(claimed)
+        return True
+
+    def release(self) -> None:
+        """Let other processes compile the kernels that this one has claimed, kept or not."""
+        while self._claims:
+            _writer[-1](functools.partial(give_up, self._claims.pop()))
+
+    def _load_callee(self, sig: Any, target_context: Any) -> Any:
+        called = (*self._key(sig), target_context.codegen().magic_tuple())
+        for key in ((*called, _CALLEE), called):
+            data = self._read(key, functools.partial(self._cache_file.load, key))
+            bitcode = data and self._read(
+                key, functools.partial(self._cache_file.load_beside, key)
+            )
+            if bitcode:
+                build = functools.partial(rebuild_callee, target_context, data, bitcode)
+                return self._read(key, build)
         return None
 
-    def _load_bitcode(self, key: Any) -> bytes | None:
+    def _read(self, key: Any, read: Callable[[], Any]) -> Any:
+        """Return the value that ``read`` finds below a key; None where it can't be had."""
         try:
-            return self._cache_file.load_beside(key)
+            return read() if self._is_trusted() else None
         except OSError as error:
             _warn_of(error)
         except Exception:  # noqa: BLE001 - what is damaged may raise anything

@@ -14,11 +14,13 @@ from scene_graph_ros.geometry.compiled.cache import (
     KernelCache,
     name_by_what_it_holds,
 )
-from scene_graph_ros.geometry.compiled.lean_code import make_linkable
+from scene_graph_ros.geometry.compiled.callee_code import Callees, Kept, link_environments
+from scene_graph_ros.geometry.compiled.lean_code import has_bitcode
 from scene_graph_ros.geometry.compiled.signal_shield import shielded
 
 __all__ = [
     "compilation_count",
+    "compile_for_callers",
     "inlined_kernel",
     "kernel",
     "kernel_count",
@@ -29,24 +31,41 @@ __all__ = [
 _dispatchers: list[Any] = []
 
 
-def _prepare_for_callers(dispatcher: Any) -> None:
-    """Make calls from other kernels compile for the types of constants, not for their values.
+def _prepare_for_callers(dispatcher: Any, cache: KernelCache) -> None:
+    """Have calls from other kernels compiled with `Callees`, for the types of constants.
 
     Numba compiles a callee anew for every literal it is called with; the optimizer propagates
-    constants into what it inlines in any case, so that costs minutes and gains nothing. What was
-    loaded without what callers are compiled with gets that first.
+    constants into what it inlines in any case, so that costs minutes and gains nothing.
     """
-    resolve = dispatcher.get_call_template
+    kept = Kept(has_bitcode, cache.load_callee, cache.save_callee, cache.release)
+    callees = dispatcher.callees = Callees(dispatcher, kept)
 
     def get_call_template(args: Any, kws: Any) -> Any:
-        found = resolve(
+        return callees.call_template(
             tuple(types.unliteral(arg) for arg in args),
             {name: types.unliteral(arg) for name, arg in dict(kws).items()},
         )
-        make_linkable(dispatcher, tuple(found[2]))
-        return found
 
     dispatcher.get_call_template = get_call_template
+    dispatcher.get_overload = callees.entry_point
+
+
+def _prepare_for_python(dispatcher: Any, cache: KernelCache) -> None:
+    """Have calls from Python compiled by one process at a time, in spite of signals."""
+    add, compile_for = dispatcher.add_overload, dispatcher.compile
+
+    def add_overload(result: Any) -> None:
+        link_environments(result)
+        add(result)
+
+    def compile_alone(sig: Any) -> Any:
+        try:
+            return compile_for(sig)
+        finally:
+            cache.release()
+
+    dispatcher._cache = cache  # as numba's enable_caching, with a cache of ours
+    dispatcher.add_overload, dispatcher.compile = add_overload, shielded(compile_alone)
 
 
 def kernel(function: Callable[..., Any]) -> Any:
@@ -90,11 +109,16 @@ def _compiled(function: Callable[..., Any], flags: dict[str, Any]) -> Any:
         return function
     name_by_what_it_holds(function)
     dispatcher = numba.njit(**flags)(function)
-    _prepare_for_callers(dispatcher)
-    dispatcher._cache = KernelCache(function)  # as numba's enable_caching, with a cache of ours
-    dispatcher.compile = shielded(dispatcher.compile)
+    cache = KernelCache(function)
+    _prepare_for_callers(dispatcher, cache)
+    _prepare_for_python(dispatcher, cache)
     _dispatchers.append(dispatcher)
     return dispatcher
+
+
+def compile_for_callers(kernel: Any, types_of_arguments: tuple[Any, ...]) -> None:
+    """Compile a kernel, or load it, as other kernels call it with arguments of numba's types."""
+    kernel.callees.require(types_of_arguments)
 
 
 def compilation_count() -> int:

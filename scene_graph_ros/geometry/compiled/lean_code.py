@@ -9,25 +9,19 @@ kept at all, or gone, the kernel is compiled anew for its callers.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import llvmlite.binding
-from numba.core import event
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompileResult
 from numba.core.runtime import rtsys
 
-__all__ = ["Bitcode", "LeanCode", "lean_code", "make_linkable", "no_bitcode", "rebuild"]
+from scene_graph_ros.geometry.compiled.callee_code import CalleeLibrary, EntryPoint
+
+__all__ = ["LeanCode", "has_bitcode", "lean_callee", "lean_code", "rebuild", "rebuild_callee"]
 
 LeanCode = dict[str, Any]
-"""A kernel as it is kept to be called from Python."""
-Bitcode = Callable[[], bytes | None]
-"""Reads a kernel's bitcode; None where it is not kept."""
-
-
-def no_bitcode() -> None:
-    """Return None: there is no bitcode."""
+"""A kernel as it is kept, without its bitcode."""
 
 
 def lean_code(reduced: tuple[Any, ...]) -> tuple[LeanCode, bytes]:
@@ -46,6 +40,20 @@ def lean_code(reduced: tuple[Any, ...]) -> tuple[LeanCode, bytes]:
         "reload_init": reload_init,
         "referenced_envs": referenced_envs,
     }, bitcode
+
+
+def lean_callee(result: CompileResult) -> tuple[LeanCode, bytes]:
+    """Divide a kernel that only callers are compiled with in the same way."""
+    fndesc = result.fndesc
+    fndesc.typemap = fndesc.calltypes = None  # as numba does: they may fail to be pickled
+    return {
+        "name": result.library.name,
+        "fndesc": fndesc,
+        "environment": result.environment,
+        "signature": result.signature,
+        "reload_init": result.reload_init,
+        "referenced_envs": tuple(result._find_referenced_environments()),
+    }, result.library._get_module_for_linking().as_bitcode()
 
 
 def _symbols_of_others(module: Any) -> list[str]:
@@ -67,12 +75,10 @@ def _prepare(target_context: Any, symbols: list[str]) -> None:
 
 
 class _LeanLibrary(JITCodeLibrary):
-    """A library of numba's that reads its bitcode when a caller is compiled."""
+    """A library of numba's that has machine code alone."""
 
-    def __init__(self, codegen: Any, kept: LeanCode, bitcode: Bitcode) -> None:
+    def __init__(self, codegen: Any, kept: LeanCode) -> None:
         super().__init__(codegen, kept["name"])
-        self._shared_module: Any = None
-        self._bitcode = bitcode
         self.enable_object_caching()
         self._set_compiled_object(kept["machine_code"])
         self._finalize_final_module()
@@ -80,61 +86,48 @@ class _LeanLibrary(JITCodeLibrary):
         names = (fndesc.llvm_cpython_wrapper_name, fndesc.llvm_func_name)
         codegen._engine._defined_symbols.update(names)
 
-    def is_linkable(self) -> bool:
-        """Tell whether the bitcode is there; read it."""
-        if self._shared_module is None:
-            bitcode = self._bitcode()
-            if bitcode is None:
-                return False
-            self._shared_module = llvmlite.binding.parse_bitcode(bitcode)
-            self.codegen._engine._load_defined_symbols(self._shared_module)
-        return True
+
+def has_bitcode(result: CompileResult) -> bool:
+    """Tell whether callers can be compiled with a kernel: not if its machine code was loaded."""
+    return not isinstance(result.library, _LeanLibrary)
 
 
-def rebuild(target_context: Any, kept: LeanCode, bitcode: Bitcode) -> CompileResult:
-    """Return a kernel of kept code.
+def rebuild(target_context: Any, kept: LeanCode) -> CompileResult:
+    """Return a kernel of kept code, which Python may call.
 
     Raises the errors of numba and LLVM for other data.
     """
     _prepare(target_context, kept["symbols"])
+    library = _LeanLibrary(target_context.codegen(), kept)
+    entry_point = target_context.get_executable(library, kept["fndesc"], kept["environment"])
+    for environment in kept["referenced_envs"]:
+        library.codegen.set_env(environment.env_name, environment)
+    return _result(target_context, kept, library, entry_point)
+
+
+def rebuild_callee(target_context: Any, kept: LeanCode, bitcode: bytes) -> CompileResult:
+    """Return a kernel that callers may be compiled with; raises as `rebuild` does."""
+    library = CalleeLibrary(target_context.codegen(), kept["name"])
+    library._final_module = llvmlite.binding.parse_bitcode(bitcode)
+    library._finalize_final_module()
+    library._reload_init.update(kept["reload_init"])
+    return _result(target_context, kept, library, EntryPoint())
+
+
+def _result(
+    target_context: Any, kept: LeanCode, library: JITCodeLibrary, entry_point: Any
+) -> CompileResult:
     for initialize in kept["reload_init"]:
         initialize()
-    library = _LeanLibrary(target_context.codegen(), kept, bitcode)
     known: dict[str, Any] = dict.fromkeys(CompileResult._fields)
     known.update(
         typing_context=target_context.typing_context,
         target_context=target_context,
         library=library,
-        entry_point=target_context.get_executable(library, kept["fndesc"], kept["environment"]),
+        entry_point=entry_point,
         type_annotation="",
         objectmode=False,
         lifted=(),
         **{name: kept[name] for name in kept if name in CompileResult._fields},
     )
-    for environment in kept["referenced_envs"]:
-        library.codegen.set_env(environment.env_name, environment)
     return CompileResult(**known)
-
-
-def _is_linkable(result: Any) -> bool:
-    library = getattr(result, "library", None)
-    return not isinstance(library, _LeanLibrary) or library.is_linkable()
-
-
-def make_linkable(dispatcher: Any, args: tuple[Any, ...]) -> None:
-    """Compile a kernel anew for its callers if it was loaded and there is no bitcode of it.
-
-    Calls from Python go on with the code that was loaded.
-    """
-    loaded = dispatcher.overloads.get(args)
-    if _is_linkable(loaded):
-        return
-    whole = dispatcher._cache.load_linkable(args, dispatcher.targetctx)
-    if whole is None or not _is_linkable(whole):
-        dispatcher._cache_misses[args] += 1
-        told = {"dispatcher": dispatcher, "args": args, "return_type": None}
-        with event.trigger_event("numba:compile", data=told):
-            whole = dispatcher._compiler.compile(args, None)
-        dispatcher._cache.save_overload(args, whole)
-    dispatcher.targetctx.insert_user_function(whole.entry_point, whole.fndesc, [whole.library])
-    dispatcher.overloads[args] = whole

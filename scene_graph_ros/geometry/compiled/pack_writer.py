@@ -11,7 +11,12 @@ from typing import NamedTuple
 from numba.core import serialize
 import numba.core.config as numba_config
 
-from scene_graph_ros.geometry.compiled.cache import cache_root, digest_of_everything, folder_of
+from scene_graph_ros.geometry.compiled.cache import (
+    cache_root,
+    digest_of_everything,
+    folder_of,
+    is_for_callers,
+)
 from scene_graph_ros.geometry.compiled.kernel_files import KernelFiles
 from scene_graph_ros.geometry.compiled.kernel_packs import (
     BASELINES,
@@ -41,9 +46,12 @@ def pack_kernels(path: Path, modules: Iterable[str], groups: Iterable[str]) -> i
         for index in sorted(folder.glob("*.nbi")):
             files = KernelFiles(str(folder), index.stem, None)
             kernels = {
-                _without_processor(key, baseline): code for key, code in files.packed().items()
+                _without_processor(key, baseline): code
+                for key, code in files.packed().items()
+                if not is_for_callers(pickle.loads(key))  # noqa: S301 - as below
             }
-            functions[f"{folder.name}/{index.stem}"] = kernels
+            if kernels:
+                functions[f"{folder.name}/{index.stem}"] = kernels
     digests = dict.fromkeys(groups, digest_of_everything())
     there = {module: name for module, name in folders.items() if (cache_root() / name).exists()}
     write_pack(path, Contents(baseline, digests, there, functions))

@@ -35,6 +35,7 @@ _KEEPING = frozenset(
     f"{__name__.rpartition('.')[0]}.{name}"
     for name in (
         "cache",
+        "claims",
         "kernel_files",
         "kernel_packs",
         "lean_code",

@@ -219,8 +219,8 @@ def shifted(p, q, X):
     return row + X[0, 0, 3] + X[0, 1, 3] + X[0, 2, 3]
 
 print(shifted(p, q, X), poses_from_quaternions_kernel(p, q, X)[0])
-(whole,) = poses_from_quaternions_kernel.overloads.values()
-print(whole is packed, whole.fndesc.llvm_func_name == packed.fndesc.llvm_func_name)
+(merged,) = poses_from_quaternions_kernel.callees.results.values()
+print(merged is packed, merged.fndesc.unique_name == packed.fndesc.unique_name)
 """
 
 

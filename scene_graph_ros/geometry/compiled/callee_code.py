@@ -1,0 +1,135 @@
+"""Kernels as other kernels call them: bitcode, which is merged into the code of the caller.
+
+Numba compiles each kernel that another one calls as if Python called it, too: it writes a wrapper
+that takes Python's objects apart, and machine code of both, of which the caller has its own copy.
+Most kernels are called by kernels alone, so here they are only compiled to bitcode. Once Python
+calls one of them, it is compiled as a whole (`kernel`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from numba.core import compiler, event, typing
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
+
+__all__ = ["CalleeLibrary", "Callees", "EntryPoint", "Kept", "link_environments"]
+
+
+class EntryPoint:
+    """The key by which numba finds a kernel that is called from compiled code."""
+
+
+class CalleeLibrary(JITCodeLibrary):
+    """A library of numba's that is linked into others, and has no machine code of its own."""
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._verify_declare_only_symbols()
+        self._finalized = True
+
+
+class _CalleeCompiler(_FunctionCompiler):
+    """Compiles a kernel to bitcode, optimized and without a wrapper for Python."""
+
+    def _customize_flags(self, flags: Any) -> Any:
+        flags.no_cpython_wrapper = flags.no_cfunc_wrapper = flags.no_compile = True
+        return flags
+
+    def _compile_core(self, args: tuple[Any, ...], return_type: Any) -> Any:
+        flags = compiler.Flags()
+        self.targetdescr.options.parse_as_flags(flags, self.targetoptions)
+        target = self.targetdescr.target_context
+        library = CalleeLibrary(target.codegen(), self.py_func.__qualname__)
+        result = compiler.compile_extra(
+            self.targetdescr.typing_context,
+            target,
+            self.py_func,
+            args=args,
+            return_type=return_type,
+            flags=self._customize_flags(flags),
+            locals=self.locals,
+            library=library,
+            pipeline_class=self.pipeline_class,
+        )
+        library.finalize()
+        return result._replace(entry_point=EntryPoint(), reload_init=[*library._reload_init])
+
+
+class Kept(NamedTuple):
+    """The functions that keep a function's kernels."""
+
+    has_bitcode: Callable[[Any], bool]
+    """Whether callers can be compiled with a kernel that Python calls."""
+    load: Callable[[Any, Any], Any]
+    """Returns a kernel for types, or None: then no other process compiles it until the release."""
+    save: Callable[[Any, Any], None]
+    release: Callable[[], None]
+
+
+class Callees:
+    """The kernels of one function that its callers are compiled with, by types of arguments."""
+
+    def __init__(self, dispatcher: Any, kept: Kept) -> None:
+        """Take the kept kernels of a dispatcher, and keep those that are compiled."""
+        self._dispatcher, self._kept = dispatcher, kept
+        self.results: dict[tuple[Any, ...], Any] = {}
+        """As numba describes them."""
+        self._compiler = _CalleeCompiler(
+            dispatcher.py_func,
+            dispatcher.targetdescr,
+            dispatcher.targetoptions,
+            dispatcher.locals,
+            compiler.Compiler,
+        )
+
+    def call_template(self, args: Any, kws: Any) -> Any:
+        """Return numba's template of a call with arguments of these types."""
+        signature, folded = self._compiler.fold_argument_types(args, kws)
+        self.require(tuple(folded))
+        name = self._dispatcher.py_func.__name__
+        known = [result.signature for result in self.results.values()]
+        return typing.make_concrete_template(name, name, known), signature, folded, {}
+
+    def entry_point(self, args: Any) -> Any:
+        """Return the key by which numba finds the kernel for these types."""
+        return self.results[tuple(args)].entry_point
+
+    def require(self, args: tuple[Any, ...]) -> None:
+        """Load a kernel for types of arguments, or compile it."""
+        if args in self.results:
+            return
+        dispatcher = self._dispatcher
+        compiled = dispatcher.overloads.get(args)
+        if compiled is not None and self._kept.has_bitcode(compiled):
+            self.results[args] = compiled
+            return
+        # Numba tells a kernel that calls itself by the count.
+        with global_compiler_lock, dispatcher._compiling_counter:
+            try:
+                result = self._kept.load(args, dispatcher.targetctx)
+                if result is None:
+                    result = self._compile(args)
+            finally:
+                self._kept.release()
+        dispatcher.targetctx.insert_user_function(
+            result.entry_point, result.fndesc, [result.library]
+        )
+        self.results[args] = result
+
+    def _compile(self, args: tuple[Any, ...]) -> Any:
+        self._dispatcher._cache_misses[args] += 1
+        told = {"dispatcher": self._dispatcher, "args": args, "return_type": None}
+        with event.trigger_event("numba:compile", data=told):
+            result = self._compiler.compile(args, None)
+        self._kept.save(args, result)
+        return result
+
+
+def link_environments(result: Any) -> None:
+    """Give a compiled kernel the environments of all kernels that were merged into it."""
+    for environment in result._find_referenced_environments():
+        result.library.codegen.set_env(environment.env_name, environment)
