@@ -24,6 +24,7 @@ from scene_graph_ros.geometry.shapes.convex import Convex
 from scene_graph_ros.geometry.shapes.cylinder import Cylinder
 from scene_graph_ros.geometry.shapes.ellipsoid import Ellipsoid
 from scene_graph_ros.geometry.shapes.half_space import HalfSpace
+from scene_graph_ros.geometry.shapes.height_field import HeightField
 from scene_graph_ros.geometry.shapes.mesh import Mesh
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 from scene_graph_ros.geometry.shapes.point_cloud import PointCloud
@@ -62,7 +63,11 @@ _KINDS: dict[enum.IntEnum, int] = {
     **{cls.kind: kind for kind, (cls, _) in _PRIMITIVES.items()},
     **{cls.kind: kind for kind, cls in _MESHES.items()},
     PointCloud.kind: ShapeMsg.POINT_CLOUD,
+    HeightField.kind: ShapeMsg.HEIGHT_FIELD,
 }
+
+_BEFORE_HEIGHTS = 4
+"""Dimensions of a height field before its heights."""
 
 
 def resolve_file(resource: str) -> Path:
@@ -96,6 +101,8 @@ def shape_from_msg(msg: ShapeMsg, resolve: Resolver = resolve_file) -> Shape:
         return _mesh_shape_from_msg(_MESHES[msg.kind], msg, resolve)
     if msg.kind == ShapeMsg.POINT_CLOUD:
         return _point_cloud_from_msg(msg)
+    if msg.kind == ShapeMsg.HEIGHT_FIELD:
+        return _height_field_from_msg(msg)
     known = max(_KINDS.values())
     raise MessageError(f"shape kind {msg.kind} is unknown; known are 0 to {known}")
 
@@ -106,6 +113,27 @@ def _point_cloud_from_msg(msg: ShapeMsg) -> PointCloud:
         raise MessageError("PointCloud takes the dimensions radius, or one radius for each vertex")
     radii = np.array(msg.dimensions, dtype=np.float64)
     return PointCloud(points, float(radii[0]) if len(radii) == 1 else radii)
+
+
+def _height_field_from_msg(msg: ShapeMsg) -> HeightField:
+    numbers = np.array(msg.dimensions, dtype=np.float64)
+    if len(numbers) < _BEFORE_HEIGHTS:
+        raise MessageError(
+            "HeightField takes the dimensions size along x, size along y, floor, columns, and all"
+            f" heights row by row, not {len(numbers)} numbers"
+        )
+    width, depth, floor, columns = numbers[:_BEFORE_HEIGHTS].tolist()
+    heights = numbers[_BEFORE_HEIGHTS:]
+    if not 2.0 <= columns <= max(len(heights), 2) or columns != int(columns):
+        raise MessageError(
+            f"HeightField: columns must be a whole number from 2 to the {len(heights)} heights,"
+            f" not {columns:g}"
+        )
+    if len(heights) % int(columns):
+        raise MessageError(
+            f"HeightField: {len(heights)} heights are no rows of {int(columns)} columns"
+        )
+    return HeightField(heights.reshape(-1, int(columns)), (width, depth), floor)
 
 
 def _mesh_shape_from_msg(cls: type[MeshShape], msg: ShapeMsg, resolve: Resolver) -> Shape:
@@ -152,6 +180,10 @@ def shape_to_msg(shape: Shape) -> ShapeMsg:
         msg = ShapeMsg(kind=kind, vertices=float64s_to_msg(shape.points))
         msg.dimensions = np.atleast_1d(shape.radius).tolist()
         return msg
+    if isinstance(shape, HeightField):
+        before = [*shape.size, shape.floor, float(shape.heights.shape[1])]
+        numbers = np.concatenate([before, shape.heights.reshape(-1)])
+        return ShapeMsg(kind=kind, dimensions=float64s_to_msg(numbers))
     assert isinstance(shape, MeshShape)
     msg = ShapeMsg(kind=kind, scale=np.array(shape.scale, dtype=np.float64))
     if shape.path is not None:

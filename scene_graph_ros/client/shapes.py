@@ -14,6 +14,7 @@ __all__ = [
     "cylinder",
     "ellipsoid",
     "half_space",
+    "height_field",
     "mesh",
     "point_cloud",
     "sphere",
@@ -73,3 +74,14 @@ def point_cloud(points: ArrayLike, radius: ArrayLike) -> Shape:
     vertices = np.asarray(points, dtype=np.float64).reshape(-1).tolist()
     radii = np.atleast_1d(np.asarray(radius, dtype=np.float64)).tolist()
     return Shape(kind=Shape.POINT_CLOUD, vertices=vertices, dimensions=radii)
+
+
+def height_field(heights: ArrayLike, size: tuple[float, float], floor: float) -> Shape:
+    """Return the solid from a floor (m) up to heights ``(rows, cols)`` (m), so long along x and y.
+
+    Raises ValueError for heights that are no rows of columns.
+    """
+    rows = np.asarray(heights, dtype=np.float64)
+    if rows.ndim != 2:
+        raise ValueError(f"heights must be (rows, cols), not {rows.shape}")
+    return _shape(Shape.HEIGHT_FIELD, *size, floor, rows.shape[1], *rows.reshape(-1).tolist())

@@ -49,6 +49,7 @@ from scene_graph_ros.geometry.shapes.convex import Convex
 from scene_graph_ros.geometry.shapes.cylinder import Cylinder
 from scene_graph_ros.geometry.shapes.ellipsoid import Ellipsoid
 from scene_graph_ros.geometry.shapes.half_space import HalfSpace
+from scene_graph_ros.geometry.shapes.height_field import HeightField
 from scene_graph_ros.geometry.shapes.mesh import Mesh
 from scene_graph_ros.geometry.shapes.point_cloud import PointCloud
 from scene_graph_ros.geometry.shapes.shape import Shape
@@ -91,6 +92,7 @@ __all__ = [
     "GeometryPair",
     "GeometrySet",
     "HalfSpace",
+    "HeightField",
     "IllustrationProperties",
     "Mesh",
     "PenetrationAsPointPair",

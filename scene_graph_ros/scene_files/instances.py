@@ -17,6 +17,7 @@ from scene_graph_ros.geometry import (
     Ellipsoid,
     GeometryInstance,
     HalfSpace,
+    HeightField,
     IllustrationProperties,
     Mesh,
     PerceptionProperties,
@@ -46,6 +47,7 @@ from scene_graph_ros.scene_files.schema_shapes import (
     CylinderSpec,
     EllipsoidSpec,
     HalfSpaceSpec,
+    HeightFieldSpec,
     MeshSpec,
     PointCloudSpec,
     ShapeSpec,
@@ -103,18 +105,21 @@ def shape_from_spec(spec: ShapeSpec, resolve: Callable[[str], Path]) -> Shape:
             return Ellipsoid(*spec.semi_axes)
         case HalfSpaceSpec():
             return HalfSpace()
-        case ConvexSpec():
-            if spec.file is not None:
-                return Convex(resolve(spec.file), spec.scale)
-            return Convex(vertices=np.array(spec.vertices), scale=spec.scale)
-        case MeshSpec():
-            if spec.file is not None:
-                return Mesh(resolve(spec.file), spec.scale)
-            return Mesh(
-                vertices=np.array(spec.vertices), faces=np.array(spec.faces), scale=spec.scale
-            )
+        case ConvexSpec() | MeshSpec():
+            return _mesh_shape_from_spec(spec, resolve)
         case PointCloudSpec():
             return PointCloud(spec.points, spec.radius)
+        case HeightFieldSpec():
+            return HeightField(spec.heights, spec.size, spec.floor)
+
+
+def _mesh_shape_from_spec(spec: ConvexSpec | MeshSpec, resolve: Callable[[str], Path]) -> Shape:
+    cls = Mesh if isinstance(spec, MeshSpec) else Convex
+    if spec.file is not None:
+        return cls(resolve(spec.file), spec.scale)
+    if isinstance(spec, MeshSpec):
+        return Mesh(vertices=np.array(spec.vertices), faces=np.array(spec.faces), scale=spec.scale)
+    return Convex(vertices=np.array(spec.vertices), scale=spec.scale)
 
 
 def instance_from_spec(

@@ -20,6 +20,7 @@ from scene_graph_ros.geometry import (
     Cylinder,
     Ellipsoid,
     HalfSpace,
+    HeightField,
     Mesh,
     PointCloud,
     Rgba,
@@ -86,8 +87,10 @@ def pose_to_spec(X: np.ndarray[Any, Any]) -> dict[str, Any]:
 
 
 def shape_of_now(snapshot: Snapshot, geometry_id: GeometryId) -> Shape:
-    """Return a geometry's shape; a cloud with the points that it has in a snapshot."""
+    """Return a geometry's shape; a cloud or field as it is in a snapshot."""
     shape = snapshot.inspector.get_shape(geometry_id)
+    if isinstance(shape, HeightField):
+        return HeightField(snapshot.height_set(geometry_id).heights, shape.size, shape.floor)
     if not isinstance(shape, PointCloud):
         return shape
     now = snapshot.point_set(geometry_id)
@@ -113,6 +116,13 @@ def shape_to_spec(shape: Shape, name: str, files: SavedFiles) -> dict[str, Any]:
             radius = shape.radius
             known = radius.tolist() if isinstance(radius, np.ndarray) else radius
             return {"type": "point_cloud", "radius": known, "points": shape.points.tolist()}
+        case HeightField():
+            return {
+                "type": "height_field",
+                "heights": shape.heights.tolist(),
+                "size": list(shape.size),
+                "floor": shape.floor,
+            }
         case Mesh() | Convex():
             return _mesh_to_spec(shape, name, files)
     raise SceneSaveError(f"geometry {name!r}: a scene file has no shape {shape.type_name}")

@@ -15,6 +15,7 @@ __all__ = [
     "CylinderSpec",
     "EllipsoidSpec",
     "HalfSpaceSpec",
+    "HeightFieldSpec",
     "MeshSpec",
     "PointCloudSpec",
     "ShapeSpec",
@@ -27,6 +28,9 @@ Radius = Annotated[Number, Field(ge=0.0, le=MAX_SHAPE_SIZE)]
 Sizes = Annotated[list[Size], Field(min_length=3, max_length=3)]
 Scale = Number | Annotated[list[Number], Field(min_length=3, max_length=3)]
 Vertex = Annotated[list[Number], Field(min_length=3, max_length=3)]
+Lengths = Annotated[list[Size], Field(min_length=2, max_length=2)]
+Coordinate = Annotated[Number, Field(ge=-MAX_SHAPE_SIZE, le=MAX_SHAPE_SIZE)]
+Row = Annotated[list[Number], Field(min_length=2)]
 Index = Annotated[int, Field(strict=True, ge=0)]
 Triangle = Annotated[list[Index], Field(min_length=3, max_length=3)]
 Text = Annotated[str, StringConstraints(strict=True, strip_whitespace=True, min_length=1)]
@@ -122,6 +126,17 @@ class PointCloudSpec(_Spec):
     points: list[Vertex] = Field([], description="The centres to begin with, none by default.")
 
 
+class HeightFieldSpec(_Spec):
+    """The solid between a grid of heights and a floor; others are set while the scene runs."""
+
+    type: Literal["height_field"]
+    heights: Annotated[list[Row], Field(min_length=2)] = Field(
+        description="Rows along y, of heights along x, above the frame's xy plane."
+    )
+    size: Lengths = Field(description="Along x and y.")
+    floor: Coordinate = Field(description="z of its underside, below all heights.")
+
+
 ShapeSpec = Annotated[
     SphereSpec
     | BoxSpec
@@ -131,6 +146,7 @@ ShapeSpec = Annotated[
     | HalfSpaceSpec
     | ConvexSpec
     | MeshSpec
-    | PointCloudSpec,
+    | PointCloudSpec
+    | HeightFieldSpec,
     Field(discriminator="type"),
 ]

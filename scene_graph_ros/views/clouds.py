@@ -13,10 +13,18 @@ from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
 from scene_graph_ros.geometry.model.point_set import PointSet
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.snapshot import Snapshot
+from scene_graph_ros.geometry.shapes.point_cloud import PointCloud
 from scene_graph_ros.views.deformables import DeformableItem
 from scene_graph_ros.views.items import draw_items
 
-__all__ = ["MOST_DRAWN", "balls_in_world", "cloud_items", "octahedra_in_world", "placed_version"]
+__all__ = [
+    "MOST_DRAWN",
+    "balls_in_world",
+    "cloud_ids",
+    "cloud_items",
+    "octahedra_in_world",
+    "placed_version",
+]
 
 MOST_DRAWN = 4096
 """Balls of a cloud that pages show; of more every second, third, ... along a curve through all."""
@@ -27,6 +35,13 @@ _FACES = np.array(
 )
 _SMALLEST = 0.002
 """Metres. What points without a radius are drawn as."""
+
+
+def cloud_ids(snapshot: Snapshot, role: Role) -> list[GeometryId]:
+    """Return the clouds with a role, sorted."""
+    shapes = snapshot.state.geometries
+    ids = snapshot.state.element_ids(role)
+    return [each for each in ids if isinstance(shapes[each].shape, PointCloud)]
 
 
 def cloud_items(

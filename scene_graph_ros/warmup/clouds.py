@@ -7,6 +7,7 @@ import numpy as np
 from scene_graph_ros.geometry import (
     GeometryFrame,
     GeometryInstance,
+    HeightField,
     PointCloud,
     ProximityProperties,
     SceneGraph,
@@ -25,7 +26,7 @@ __all__ = ["ask_about_clouds"]
 
 
 def ask_about_clouds() -> None:
-    """Ask how far two clouds, a robot of one link, and a point are from each other."""
+    """Ask how far two clouds, a field, a robot of one link, and a point are from each other."""
     from scene_graph_ros.planning import RobotDiagram, SceneGraphCollisionChecker
 
     graph = SceneGraph()
@@ -36,6 +37,7 @@ def ask_about_clouds() -> None:
         (Sphere(0.1), frames[0]),
         (PointCloud([[3.0, 0.0, 0.0]], 0.1), still),
         (PointCloud([[0.0, 3.0, 0.0]], [0.1]), frames[1]),
+        (HeightField(np.full((2, 2), -3.0), (9.0, 9.0), -4.0), still),
     ):
         instance = GeometryInstance(np.eye(4), shape, shape.type_name)
         instance.set_proximity_properties(ProximityProperties())

@@ -22,6 +22,7 @@ from scene_graph_ros.geometry.shapes.convex import Convex
 from scene_graph_ros.geometry.shapes.cylinder import Cylinder
 from scene_graph_ros.geometry.shapes.ellipsoid import Ellipsoid
 from scene_graph_ros.geometry.shapes.half_space import HalfSpace
+from scene_graph_ros.geometry.shapes.height_field import HeightField
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.mesh import Mesh
 from scene_graph_ros.geometry.shapes.point_cloud import PointCloud
@@ -100,6 +101,29 @@ def test_a_mesh_in_memory_survives_the_wire(
 ) -> None:
     """Vertices, faces, file content and scale come back unchanged."""
     assert shapes.shape_from_msg(over_the_wire(shapes.shape_to_msg(shape))) == shape
+
+
+def test_a_height_field_survives_the_wire(over_the_wire: Callable[[Any], Any]) -> None:
+    """Its sizes, floor, columns and heights are dimensions; others than that are refused."""
+    field = HeightField([[1 / 3, 0.0, 2.0], [4.0, 5.0, -0.5]], (3.0, 0.7), -1.0)
+    msg = shapes.shape_to_msg(field)
+    assert msg.kind == ShapeMsg.HEIGHT_FIELD
+    assert list(msg.dimensions[:4]) == [3.0, 0.7, -1.0, 3.0]
+    assert shapes.shape_from_msg(over_the_wire(msg)) == field
+    known = list(msg.dimensions)
+    for dimensions, told in (
+        (known[:3], "takes the dimensions size along x"),
+        ([*known[:3], 2.5, *known[4:]], "columns must be a whole number"),
+        ([*known[:3], 1e300, *known[4:]], "columns must be a whole number"),
+        ([*known[:3], float("nan"), *known[4:]], "columns must be a whole number"),
+        (known[:-1], "5 heights are no rows of 3 columns"),
+        (known[:4], "columns must be a whole number"),
+    ):
+        with pytest.raises(MessageError, match=told):
+            shapes.shape_from_msg(ShapeMsg(kind=ShapeMsg.HEIGHT_FIELD, dimensions=dimensions))
+    msg.dimensions[2] = 0.0
+    with pytest.raises(InvalidShapeError, match="above the floor"):
+        shapes.shape_from_msg(msg)
 
 
 @pytest.mark.parametrize("radius", [0.25, 0.0, [0.5, 0.125]])

@@ -120,6 +120,7 @@ CHECKED_ELSEWHERE = {
     "RenderLabel.__repr__": "a number",
     "ContactParticipation.__repr__": "numbers",
     "PointCloud.__repr__": "numbers",
+    "HeightField.__repr__": "numbers",
     "DeformableContact.__repr__": "a number",
     "DeformableContactSurface.__repr__": "ids and a number",
     "ContactSurface.__repr__": "ids and numbers",

@@ -82,6 +82,7 @@ OF_CLOUDS = (
     "scene_graph_ros.geometry.query.elements",
     "scene_graph_ros.geometry.tables.point_tree",
     "scene_graph_ros.node.effects.cloud_markers",
+    "scene_graph_ros.node.effects.field_markers",
     "scene_graph_ros.node.world.point_channel",
 )
 OF_DEPTH = (

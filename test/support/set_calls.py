@@ -10,6 +10,7 @@ from scene_graph_ros.geometry import (
     GeometryInstance,
     GeometrySet,
     HalfSpace,
+    HeightField,
     Mesh,
     PerceptionProperties,
     PointCloud,
@@ -53,6 +54,7 @@ __all__ = ["CALLS"]
 
 TURNED = [[0.0, 0, 1, 3], [1, 0, 0, 4], [0, 1, 0, 5], [0, 0, 0, 1]]
 POINTS = [[0.0, 0], [4, 0], [0, 4]]
+HEIGHTS = np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])
 CORNERS = [[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
 ROWS, SIDES = [[1.0, 0], [0, 1], [-1, -1]], [2.0, 3, 1]
 DIAGONAL, CENTER = [[2.0, 0], [0, 4]], [1.0, 2]
@@ -105,6 +107,15 @@ class Scene:
         context = graph.create_default_context()
         context.set_points(self.source, {cloud_id: points})
         return context.points(cloud_id)
+
+    def with_heights(self, heights):
+        """Return heights that were set of a field, which has no role."""
+        graph = self.graph.clone()
+        field = GeometryInstance(np.eye(4), HeightField(np.zeros((2, 3)), (1, 1), -1.0), "field")
+        field_id = graph.register_geometry(self.source, self.frames[0], field)
+        context = graph.create_default_context()
+        context.set_heights(self.source, {field_id: heights})
+        return context.heights(field_id)
 
     def hung(self, X_FG):
         """Return where a geometry hangs whose pose was changed."""
@@ -350,6 +361,11 @@ CALLS = {
         {"points": CORNERS, "radius": [1.0, 2, 3, 4]},
     ),
     "Context.set_points": (SCENE.with_points, {"points": CORNERS}),
+    "HeightField.__init__": (
+        lambda heights, size: HeightField(heights, size, -1.0).heights,
+        {"heights": HEIGHTS, "size": [1.0, 2.0]},
+    ),
+    "Context.set_heights": (SCENE.with_heights, {"heights": HEIGHTS}),
     "QueryObject.compute_signed_distance_geometry_to_point": (
         lambda p_WQ: (
             SCENE.query.compute_signed_distance_geometry_to_point(

@@ -9,6 +9,7 @@ import numpy as np
 
 from scene_graph_ros.convex.errors import ConvexSetError
 from scene_graph_ros.convex.iris.cloud_obstacles import sets_of_cloud
+from scene_graph_ros.convex.iris.field_obstacles import sets_of_field
 from scene_graph_ros.convex.sets.cartesian_product import CartesianProduct
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.convex.sets.from_shapes import placed_shape
@@ -28,6 +29,7 @@ from scene_graph_ros.geometry.shapes.capsule import Capsule
 from scene_graph_ros.geometry.shapes.cylinder import Cylinder
 from scene_graph_ros.geometry.shapes.ellipsoid import Ellipsoid
 from scene_graph_ros.geometry.shapes.half_space import HalfSpace
+from scene_graph_ros.geometry.shapes.height_field import HeightField
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 from scene_graph_ros.geometry.shapes.point_cloud import PointCloud
 from scene_graph_ros.geometry.shapes.shape import Shape
@@ -91,7 +93,8 @@ def obstacles_of(query: QueryObject, geometry_id: GeometryId) -> list[ConvexSet]
     """Return convex sets in the world that hold a geometry.
 
     It is the geometry itself, or the hull of a mesh, or of a deformable mesh's vertices; of
-    a mesh in pieces those of the pieces; of a cloud its balls, or boxes around eight of them.
+    a mesh in pieces those of the pieces; of a cloud its balls, or boxes around eight of them; of a
+    height field its prisms, or boxes around blocks of these.
     """
     if query.inspector().is_deformable(geometry_id):
         return [VPolytope(query.get_configurations_in_world(geometry_id))]
@@ -104,6 +107,8 @@ def _sets_of_shape(
 ) -> list[ConvexSet]:
     if isinstance(shape, PointCloud):
         return sets_of_cloud(query.snapshot.point_set(geometry_id), X_FG)
+    if isinstance(shape, HeightField):
+        return sets_of_field(query.snapshot.height_set(geometry_id), X_FG)
     if not isinstance(shape, MeshShape):
         return [_set_of_shape(query, geometry_id, frame, shape, X_FG)]
     R_FG, p_FG = X_FG[:3, :3], X_FG[:3, 3]

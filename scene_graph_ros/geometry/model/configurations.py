@@ -1,4 +1,4 @@
-"""A source's state beside poses, checked: vertices that deform, and points."""
+"""A source's state beside poses, checked: vertices that deform, points and heights."""
 
 from __future__ import annotations
 
@@ -10,16 +10,18 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.errors import InvalidConfigurationError, OwnershipError
 from scene_graph_ros.geometry.model.deformable import Configuration
+from scene_graph_ros.geometry.model.height_set import HeightSet, new_heights
 from scene_graph_ros.geometry.model.ids import GeometryId, SourceId
 from scene_graph_ros.geometry.model.point_set import new_points, PointSet
 from scene_graph_ros.geometry.model.records import deformable_of, GeometryRecord
 from scene_graph_ros.geometry.model.state import GeometryState
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array
+from scene_graph_ros.geometry.shapes.height_field import HeightField
 from scene_graph_ros.geometry.shapes.point_cloud import PointCloud
 from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
 
-__all__ = ["checked_configurations", "checked_point_sets", "is_of"]
+__all__ = ["checked_configurations", "checked_height_sets", "checked_point_sets", "is_of"]
 
 
 def checked_configurations(
@@ -50,7 +52,23 @@ def checked_point_sets(
     return result
 
 
-def is_of(value: Configuration | PointSet, record: GeometryRecord | None) -> bool:
+def checked_height_sets(
+    state: GeometryState, source_id: SourceId, heights: Any
+) -> dict[GeometryId, HeightSet]:
+    """Return the heights that a source sets, or raise; see Context.set_heights."""
+    result = {}
+    for record, label, value in _own(state, source_id, heights, "set its heights", "heights"):
+        shape = record.shape
+        if not isinstance(shape, HeightField):
+            raise InvalidConfigurationError(
+                f"{label}: it is a {shape.type_name}, whose heights can't be set; register a"
+                " HeightField"
+            )
+        result[record.id] = new_heights(shape, value, label)
+    return result
+
+
+def is_of(value: Configuration | PointSet | HeightSet, record: GeometryRecord | None) -> bool:
     """Tell whether an entry is of the geometry that has its id now, if any."""
     if record is None:
         return False

@@ -13,6 +13,7 @@ from scene_graph_ros.geometry.errors import InvalidPoseError, OwnershipError
 from scene_graph_ros.geometry.loans import Lender
 from scene_graph_ros.geometry.model.configurations import (
     checked_configurations,
+    checked_height_sets,
     checked_point_sets,
     is_of,
 )
@@ -222,6 +223,27 @@ class Context(ModelOwner):
         a geometry that is no cloud.
         """
         return self.snapshot.point_set(geometry_id).points
+
+    def set_heights(self, source_id: SourceId, heights: Mapping[GeometryId, Any]) -> None:
+        """Give height fields of a source other heights.
+
+        ``heights`` maps ids of geometries that are a `HeightField` to heights ``(rows, cols)``
+        above G's xy plane, in m, of the shape that it has. Others keep theirs. Either all are
+        taken (and copied) or, if an error is raised, none: InvalidConfigurationError naming
+        source and geometry for what is no height field, for arrays of another shape or type, and,
+        by its index, for a height that is not finite or not above the floor; UnknownIdError for
+        an unknown source or geometry; OwnershipError for a geometry of another source.
+        """
+        with self._lock:
+            self._take(checked_height_sets(self.state, source_id, heights))
+
+    def heights(self, geometry_id: GeometryId) -> NDArray[np.float64]:
+        """Return the heights ``(rows, cols)`` of a height field above G's xy plane, in m.
+
+        Read-only. Raises UnknownIdError for an unknown geometry, InvalidConfigurationError for
+        what is no height field.
+        """
+        return self.snapshot.height_set(geometry_id).heights
 
     def _take(self, accepted: Mapping[GeometryId, SetValue]) -> None:
         """Put another moment in place, with some of its geometries set anew."""

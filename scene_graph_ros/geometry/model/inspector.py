@@ -29,6 +29,7 @@ from scene_graph_ros.geometry.model.roles import checked_role, Role
 from scene_graph_ros.geometry.model.state import GeometryState
 from scene_graph_ros.geometry.model.version import GeometryVersion
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.shapes.height_field import HeightField
 from scene_graph_ros.geometry.shapes.mesh import Mesh
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 from scene_graph_ros.geometry.shapes.point_cloud import PointCloud
@@ -130,6 +131,11 @@ class SceneGraphInspector(NotCopied):
         """Return all geometries that are a `PointCloud`, whose points a context has."""
         records = self._state.geometries.items()
         return [i for i, record in records if isinstance(record.shape, PointCloud)]
+
+    def get_all_height_field_ids(self) -> list[GeometryId]:
+        """Return all geometries that are a `HeightField`, whose heights a context has."""
+        records = self._state.geometries.items()
+        return [i for i, record in records if isinstance(record.shape, HeightField)]
 
     def get_unchanged_geometry_ids(self, before: SceneGraphInspector) -> list[GeometryId]:
         """Return the geometries of which all is as ``before`` says, also frame and source."""

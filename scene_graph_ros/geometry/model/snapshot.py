@@ -16,6 +16,7 @@ from scene_graph_ros.geometry.errors import (
 )
 from scene_graph_ros.geometry.loans import Lender
 from scene_graph_ros.geometry.model.deformable import Configuration
+from scene_graph_ros.geometry.model.height_set import HeightSet, initial_heights
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
 from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
 from scene_graph_ros.geometry.model.layout import FrameLayout, RoleArrays
@@ -31,6 +32,7 @@ from scene_graph_ros.geometry.model.records import (
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.state import GeometryState
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.shapes.height_field import HeightField
 from scene_graph_ros.geometry.shapes.point_cloud import PointCloud
 from scene_graph_ros.geometry.spatial.pose_kernels import (
     store_poses,
@@ -47,11 +49,11 @@ Poses = NDArray[np.float64]
 
 _PROXIMITY = Role.PROXIMITY  # a look-up of a member takes longer
 
-SetValue: TypeAlias = Configuration | PointSet
+SetValue: TypeAlias = Configuration | PointSet | HeightSet
 """What is set of a geometry beside poses."""
 
 NO_CONFIGURATIONS: Mapping[GeometryId, SetValue] = MappingProxyType({})
-"""Deformable geometry is in its reference configuration, clouds have their first points."""
+"""Deformable geometry is in its reference configuration, clouds and fields are as registered."""
 
 
 def refuse_frame_pose(name: str, status: int, value: Any) -> Exception:
@@ -288,6 +290,33 @@ class Snapshot(NotCopied):
         if not isinstance(known, PointSet) or known.shape is not shape:
             return initial_points(shape)
         return known
+
+    def height_set(self, geometry_id: GeometryId) -> HeightSet:
+        """Return the heights that a height field has.
+
+        Raises UnknownIdError for an unknown geometry, InvalidConfigurationError for what is no
+        HeightField.
+        """
+        record = self.state.geometry(geometry_id)
+        shape = record.shape
+        if not isinstance(shape, HeightField):
+            raise InvalidConfigurationError(
+                f"geometry {record.name!r} ({geometry_id!r}) is a {shape.type_name}, which has no"
+                " heights"
+            )
+        known = self._configurations.get(geometry_id)
+        if not isinstance(known, HeightSet) or known.shape is not shape:
+            return initial_heights(shape)
+        return known
+
+    def element_set(self, geometry_id: GeometryId) -> PointSet | HeightSet:
+        """Return what a cloud or a height field is made of: its points, or its heights.
+
+        Raises UnknownIdError for an unknown geometry, InvalidConfigurationError for others.
+        """
+        if isinstance(self.state.geometry(geometry_id).shape, HeightField):
+            return self.height_set(geometry_id)
+        return self.point_set(geometry_id)
 
     def driven_mesh_configurations(self, geometry_id: GeometryId, role: Role) -> list[Poses]:
         """Return the positions ``(n, 3)`` in W, in m, of each driven mesh of a role.

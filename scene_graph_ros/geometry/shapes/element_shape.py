@@ -14,6 +14,8 @@ class ElementKind(enum.IntEnum):
 
     POINT_CLOUD = 100
     """Balls around points."""
+    HEIGHT_FIELD = 101
+    """Prisms below the triangles of a grid of heights."""
 
 
 class ElementShape(Shape):

@@ -13,7 +13,7 @@ from scene_graph_ros.geometry import Role
 from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.node.effects.deformable_markers import RoleDeformables
 from scene_graph_ros.node.world.world import WorldSnapshot
-from scene_graph_ros.views.clouds import balls_in_world, cloud_items, placed_version
+from scene_graph_ros.views.clouds import balls_in_world, cloud_ids, cloud_items, placed_version
 from scene_graph_ros.views.deformables import DeformableItem
 
 __all__ = ["RoleClouds"]
@@ -31,7 +31,7 @@ class RoleClouds(RoleDeformables):
         return CloudMarkers(serialize_message, frame_id=frame_id)
 
     def _ids(self, snapshot: WorldSnapshot) -> Sequence[GeometryId]:
-        return snapshot.query.snapshot.state.element_ids(self._role)
+        return cloud_ids(snapshot.query.snapshot, self._role)
 
     def _items(self, snapshot: WorldSnapshot, ids: Sequence[GeometryId]) -> list[DeformableItem]:
         return cloud_items(snapshot.inspector, self._role, ids)

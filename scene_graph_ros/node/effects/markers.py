@@ -16,6 +16,7 @@ from msg_adapters.wire.markers import MarkerWire, PreparedMarkers
 from scene_graph_msgs.msg import GeometryName
 from scene_graph_ros.geometry import Role
 from scene_graph_ros.geometry.errors import SceneGraphError
+from scene_graph_ros.geometry.shapes.element_shape import ElementKind
 from scene_graph_ros.geometry.steps import between_steps
 from scene_graph_ros.node.effects.effect import Host, Outlet
 from scene_graph_ros.node.runtime.made_once import made_once
@@ -73,6 +74,7 @@ class RoleMarkers:
         self._placed = 0
         self._deformables: RoleDeformables | None = None
         self._clouds: RoleDeformables | None = None
+        self._fields: RoleDeformables | None = None
 
     def is_heard(self) -> bool:
         """Tell whether the topic has subscribers."""
@@ -100,7 +102,7 @@ class RoleMarkers:
         message, count = self._wire.message(
             X_WG, snapshot.stamp, is_whole=is_whole, starts_over=starts_over
         )
-        for moving in (self._deformables, self._clouds):
+        for moving in (self._deformables, self._clouds, self._fields):
             if moving is not None:
                 message, more = moving.append(message, snapshot, is_whole=is_whole)
                 count += more
@@ -157,16 +159,22 @@ class RoleMarkers:
         self._scene_version = snapshot.scene_version
 
     def _set_deformables(self, snapshot: WorldSnapshot) -> None:
-        """Show deformable geometry and clouds, too; their modules are imported for some."""
+        """Show deformable geometry, clouds and fields; their modules are imported for some."""
         if self._deformables is None and snapshot.query.snapshot.state.deformable_ids(self.ROLE):
             from scene_graph_ros.node.effects.deformable_markers import RoleDeformables
 
             self._deformables = RoleDeformables(self.ROLE, self._frame_id, self._cannot_show)
-        if self._clouds is None and snapshot.query.snapshot.state.element_ids(self.ROLE):
+        elements = snapshot.query.snapshot.state.element_ids(self.ROLE)
+        kinds = {snapshot.inspector.get_shape(each).kind for each in elements}
+        if self._clouds is None and ElementKind.POINT_CLOUD in kinds:
             from scene_graph_ros.node.effects.cloud_markers import RoleClouds
 
             self._clouds = RoleClouds(self.ROLE, self._frame_id, self._cannot_show)
-        for moving in (self._deformables, self._clouds):
+        if self._fields is None and ElementKind.HEIGHT_FIELD in kinds:
+            from scene_graph_ros.node.effects.field_markers import RoleFields
+
+            self._fields = RoleFields(self.ROLE, self._frame_id, self._cannot_show)
+        for moving in (self._deformables, self._clouds, self._fields):
             if moving is not None:
                 moving.set_items(snapshot)
 

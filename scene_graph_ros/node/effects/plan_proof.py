@@ -68,7 +68,10 @@ class PathInWorld:
         """Tell whether a proof for one is one for the other: nothing that matters is elsewhere."""
         own, theirs = self.checker.plan, other.checker.plan
         bodies, others = own.bodies, theirs.bodies
-        clouds = zip(own.shapes.clouds, theirs.shapes.clouds, strict=True)
+        ours, others_now = own.shapes, theirs.shapes
+        clouds = zip(
+            (*ours.clouds, *ours.fields), (*others_now.clouds, *others_now.fields), strict=True
+        )
         return (
             self.path is other.path
             and self.robots is other.robots

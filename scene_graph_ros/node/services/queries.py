@@ -293,8 +293,9 @@ class Query:
 
 
 def kernels_of_clouds(snapshot: WorldSnapshot) -> tuple[str, ...]:
-    """Return the group of kernels that measures clouds, of a scene that has some."""
-    return (CLOUDS,) if snapshot.sensing else ()
+    """Return the group of kernels that measures clouds and fields, of a scene that has some."""
+    has_some = snapshot.sensing or snapshot.query.snapshot.proximity.has_elements
+    return (CLOUDS,) if has_some else ()
 
 
 def _of_planning(name: str) -> Query:

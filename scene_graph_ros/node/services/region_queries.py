@@ -22,8 +22,10 @@ from msg_adapters.regions import (
     region_to_msg,
 )
 from msg_adapters.scene import geometry_set_from_msg
+from scene_graph_ros.convex.iris.field_obstacles import count_sets
 from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.model.names import canonical_name
+from scene_graph_ros.geometry.model.point_set import PointSet
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.optimization import (
     ConvexSetError,
@@ -173,8 +175,9 @@ def _obstacles(
 def _count(scope: QueryScope) -> int:
     """Return the largest number of obstacles."""
     snapshot = scope.snapshot.query.snapshot
-    clouds = snapshot.state.element_ids(Role.PROXIMITY)
-    return len(snapshot.proximity.ids) + sum(snapshot.point_set(each).count for each in clouds)
+    now = [snapshot.element_set(each) for each in snapshot.state.element_ids(Role.PROXIMITY)]
+    counts = [each.count if isinstance(each, PointSet) else count_sets(each.shape) for each in now]
+    return len(snapshot.proximity.ids) + sum(counts)
 
 
 def _collision(

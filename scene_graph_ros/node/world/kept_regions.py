@@ -53,14 +53,14 @@ class Surroundings:
         self._X_WG = snapshot.X_WG.copy()
         self._shapes = tuple(map(inspector.get_shape, self._ids))
         self._kept: list[object] = []
-        """Points of clouds: while they are kept, no others have their ids."""
+        """Points of clouds, heights of fields: while they are kept, no others have their ids."""
         soft = {*inspector.get_all_deformable_geometry_ids()}
         if soft:
             soft &= {*inspector.get_all_geometry_ids(Role.PROXIMITY)}
         self._soft = {each: query.get_configurations_in_world(each) for each in soft}
         for each in snapshot.state.element_ids(Role.PROXIMITY):
             # Points that are set are another object; the pose tells whether these moved.
-            placed = snapshot.point_set(each), snapshot.pose_in_world(each)
+            placed = snapshot.element_set(each), snapshot.pose_in_world(each)
             self._soft[each] = np.append(placed[1].ravel(), id(placed[0]))
             self._kept.append(placed[0])
 

@@ -70,8 +70,8 @@ class CheckerPlan(NamedTuple):
 
     @property
     def held(self) -> HeldTable:
-        """The shapes' table."""
-        return self.shapes.held
+        """The shapes' table, for one thread at a time."""
+        return self.shapes.own_held
 
     @property
     def checked(self) -> CheckedTables:
@@ -194,7 +194,7 @@ def placed(
     """
     if shapes is None:
         shapes = checked_shapes(snapshot)
-        if shapes.clouds:
+        if shapes.has_elements:
             plan = _with_shapes(plan, shapes)
     count = len(plan.carried)
     rows, tree, bodies = plan.bodies.rows, plan.tree, plan.bodies
@@ -222,7 +222,7 @@ def placed(
 
 
 def _with_shapes(plan: CheckerPlan, shapes: CheckedShapes) -> CheckerPlan:
-    """Return the plan with clouds that have other points."""
+    """Return the plan with clouds and fields that are others now."""
     bodies, table = plan.bodies, shapes.table
     centers, radii, lower, upper = _bounds(shapes, bodies.rows)
     bodies = bodies._replace(centers=centers, radii=radii, lower=lower, upper=upper)
@@ -262,7 +262,7 @@ def _bounds(shapes: CheckedShapes, rows: NDArray[np.int64]) -> tuple[NDArray[np.
     table = shapes.table
     at_rest = np.tile(np.eye(4), (len(table.kind), 1, 1))
     lower, upper = (corner[rows] for corner in world_boxes(table, at_rest))
-    are_clouds = rows >= len(table.kind) - len(shapes.clouds)
+    are_clouds = rows >= shapes.first_element
     lower[are_clouds], upper[are_clouds] = (
         table.lower[rows[are_clouds]],
         table.upper[rows[are_clouds]],

@@ -78,10 +78,12 @@ def _is_of(known: CheckerPlan, plan: CheckerPlan) -> bool:
 
 def _split(plan: CheckerPlan) -> SplitPlan | None:
     table, robots = plan.shapes.table, len(plan.carried)
-    first = len(table.kind) - len(plan.shapes.clouds)
+    first = plan.shapes.first_element
+    first_field = len(table.kind) - len(plan.shapes.fields)
     a, b = plan.pairs.bodies.T
     row_b = plan.bodies.rows[b]
-    is_quick = (b >= robots) & (row_b >= first) & np.isfinite(plan.bodies.radii[a])
+    is_quick = (b >= robots) & (row_b >= first) & (row_b < first_field)
+    is_quick &= np.isfinite(plan.bodies.radii[a])
     is_quick &= plan.bodies.rows[a] < first
     if not is_quick.any():
         return None

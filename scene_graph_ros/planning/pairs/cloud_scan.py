@@ -18,7 +18,7 @@ from scene_graph_ros.geometry.compiled.lanes import (
 )
 from scene_graph_ros.geometry.compiled.stack_arrays import stack_array
 from scene_graph_ros.geometry.query.distance.pair_entry import PAIR_DISTANCE
-from scene_graph_ros.geometry.query.elements.element_places import first_cloud_of, measure_of
+from scene_graph_ros.geometry.query.elements.element_places import measure_of, point_row_of
 from scene_graph_ros.geometry.spatial.vectors import relative_pose
 from scene_graph_ros.geometry.tables.point_tree import BOX
 
@@ -146,7 +146,7 @@ def any_near(held, tree, body, where, need, limit, decides, guesses, a):
             p = (tree.points[node, 0, i], tree.points[node, 1, i], tree.points[node, 2, i])
             radius = tree.radii[node, i] if has_radii else tree.radius[1]
             most, X_CB = limit if decides else need, _exact_pose(places, table, c, a, k)
-            point, reach = first_cloud_of(held) - 1, max(most + radius, 0.0)
+            point, reach = point_row_of(held), max(most + radius, 0.0)
             arguments = held, point, j, (_IDENTITY, p), X_CB, reach, 0.0
             if _pair_distance(measure_of(held), arguments)[0] - radius < most:
                 return True

@@ -12,7 +12,7 @@ from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.snapshot import Snapshot
-from scene_graph_ros.views import clouds
+from scene_graph_ros.views import clouds, height_fields
 from scene_graph_ros.views.browser.blocks import (
     contacts_block,
     mesh_block,
@@ -34,7 +34,7 @@ Entry = dict[str, Any]
 
 
 class Deforming(NamedTuple):
-    """A geometry that is drawn whose vertices are told at each moment: deformable, or a cloud."""
+    """A geometry whose vertices are told at each moment: deformable, a cloud or a height field."""
 
     item: DeformableItem
     role: Role
@@ -77,6 +77,18 @@ class _Cloud(Deforming):
 
     def vertices(self, snapshot: Snapshot) -> NDArray[np.float64]:
         return clouds.octahedra_in_world(snapshot, self.geometry_id)
+
+
+class _Field(Deforming):
+    """A height field that is drawn."""
+
+    __slots__ = ()
+
+    def version(self, snapshot: Snapshot) -> Any:
+        return height_fields.placed_heights(snapshot, self.geometry_id)
+
+    def vertices(self, snapshot: Snapshot) -> NDArray[np.float64]:
+        return height_fields.surface_in_world(snapshot, self.geometry_id)
 
 
 class Scene(NamedTuple):
@@ -245,10 +257,15 @@ class Drawing:
         for each in deformable_items(moment.inspector, role, ids.values(), self._cannot_show):
             number = _number(each.item.geometry_id, role)
             yield number, Deforming(each, role, ids[each.item.geometry_id], number)
-        ids = {int(i): i for i in moment.query.snapshot.state.element_ids(role)}
+        snapshot = moment.query.snapshot
+        ids = {int(i): i for i in clouds.cloud_ids(snapshot, role)}
         for each in clouds.cloud_items(moment.inspector, role, ids.values()):
             number = _number(each.item.geometry_id, role)
             yield number, _Cloud(each, role, ids[each.item.geometry_id], number)
+        ids = {int(i): i for i in height_fields.field_ids(snapshot, role)}
+        for each in height_fields.field_items(moment.inspector, role, ids.values()):
+            number = _number(each.item.geometry_id, role)
+            yield number, _Field(each, role, ids[each.item.geometry_id], number)
 
     def X_WG(self, moment: Moment, roles: tuple[Role, ...]) -> NDArray[np.float64]:
         """Return ``(n, 4, 4)`` where the rigid items of a scene with these roles are."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from typing import Any, NamedTuple
+import weakref
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from scene_graph_ros.geometry.meshes.sources import hull_of, load_surface, sourc
 from scene_graph_ros.geometry.meshes.triangle_colors import triangle_colors, TriangleColors
 from scene_graph_ros.geometry.model.derived import derived
 from scene_graph_ros.geometry.model.driven_mesh import driven_mesh
+from scene_graph_ros.geometry.model.height_set import HeightSet
 from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.model.perception_properties import (
     Appearance,
@@ -26,8 +28,15 @@ from scene_graph_ros.geometry.perception.exact.bodies import Bodies, MAX_TRIANGL
 from scene_graph_ros.geometry.perception.exact.cover import Cover
 from scene_graph_ros.geometry.perception.exact.cover_table import cover_of
 from scene_graph_ros.geometry.shapes.element_shape import ElementShape
+from scene_graph_ros.geometry.shapes.field_surface import (
+    drawn_places,
+    field_triangles,
+    field_vertices,
+)
+from scene_graph_ros.geometry.shapes.height_field import HeightField
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
+from scene_graph_ros.geometry.shapes.point_cloud import PointCloud
 from scene_graph_ros.geometry.shapes.shape import PrimitiveShape
 from scene_graph_ros.geometry.spatial.sums import length
 
@@ -55,9 +64,9 @@ class BodyTable(NamedTuple):
     posed: NDArray[np.int64]
     """(r,) rows of the same among all rigid geometries with the perception role."""
     deformable: dict[int, GeometryId]
-    """The deformable bodies by row."""
+    """The bodies whose triangles change, by row: deformable ones and height fields."""
     clouds: dict[int, GeometryId]
-    """Those of many elements by row."""
+    """Clouds by row."""
 
 
 _meshes: BuildCache[VisibleMesh] = BuildCache(4096)
@@ -78,9 +87,10 @@ def body_table(state: GeometryState, renderer: str, diffuse: tuple[float, ...]) 
             records.append(record)
             looks.append(look)
     n = len(records)
-    clouds = {k: r.id for k, r in enumerate(records) if isinstance(r.shape, ElementShape)}
+    clouds = {k: r.id for k, r in enumerate(records) if isinstance(r.shape, PointCloud)}
+    has_elements = [isinstance(record.shape, ElementShape) for record in records]
     is_rigid = np.array([record.deformable is None for record in records], dtype=np.bool_)
-    is_rigid[list(clouds)] = False
+    is_rigid[np.array(has_elements, dtype=np.bool_)] = False
     kind = np.array([record.shape.kind for record in records], dtype=np.int32)
     kind[~is_rigid] = ShapeKind.MESH
     kind[list(clouds)] = ShapeKind.SPHERE
@@ -175,6 +185,19 @@ def _visible_mesh(shape: MeshShape, name: str) -> VisibleMesh:
     return _meshes.get(source_identity(shape), build)
 
 
+_fields: weakref.WeakKeyDictionary[HeightSet, VisibleMesh] = weakref.WeakKeyDictionary()
+
+
+def _visible_field(now: HeightSet, name: str) -> VisibleMesh:
+    """Return the triangles around a height field in G, made once for heights that were set."""
+    known = _fields.get(now)
+    if known is None:
+        places = drawn_places(now.shape)
+        vertices = field_vertices(now.shape, now.heights, places)
+        known = _fields[now] = _with_ball(vertices, field_triangles(places), name)
+    return known
+
+
 def _with_ball(vertices: FloatArray, triangles: NDArray[Any], name: str) -> VisibleMesh:
     if len(triangles) > MAX_TRIANGLES:
         raise MeshError(
@@ -258,6 +281,12 @@ def _with_deformable(snapshot: Snapshot, table: BodyTable, X_WG: FloatArray) -> 
     first = len(bodies.vertex_start) - 1
     for k, (row, geometry_id) in enumerate(table.deformable.items()):
         record = snapshot.state.geometries[geometry_id]
+        if isinstance(record.shape, HeightField):
+            seen = _visible_field(snapshot.height_set(geometry_id), record.name)
+            meshes.append(seen)
+            mesh[row], radius[row] = first + k, length(seen.center) + seen.radius
+            poses[row] = snapshot.pose_in_world(geometry_id)
+            continue
         assert record.deformable is not None  # it was when the table was made of the same model
         driven = driven_mesh(record.deformable, record.properties[Role.PERCEPTION])
         (points,) = snapshot.driven_mesh_configurations(geometry_id, Role.PERCEPTION)

@@ -43,7 +43,7 @@ Table = TypeVar("Table", bound=ResultTable[Any])
 
 
 def candidates_with_elements(snapshot: Snapshot, table: CandidatePairs) -> CandidatePairs:
-    """Add the pairs of a cloud whose bounding boxes meet."""
+    """Add the pairs of a cloud or field whose bounding boxes meet."""
     clouds = clouds_of(snapshot)
     pairs, both = clouds.near_pairs(snapshot, 0.0), clouds.near_clouds(snapshot, 0.0)
     first = np.concatenate([clouds.ids[pairs[:, 0]], clouds.ids[both[:, 0]]])
@@ -74,18 +74,18 @@ def distances_with_elements(
 def pair_distance_of_elements(
     snapshot: Snapshot, id_A: GeometryId, id_B: GeometryId, settings: Settings
 ) -> SignedDistancePair:
-    """Return the one pair, filtered or not, of which one at least is a cloud.
+    """Return the one pair, filtered or not, of which one at least is a cloud or field.
 
-    Raises UnsupportedPairError for a cloud without points.
+    Raises UnsupportedPairError for a cloud without points, and for two fields.
     """
     clouds = clouds_of(snapshot)
     query = "compute_signed_distance_pair_closest_points"
     own = {each: k for k, each in enumerate(clouds.geometry_ids)}
     for each in (id_A, id_B):
-        if each in own and clouds.table.clouds[own[each]].count == 0:
+        if each in own and clouds.table.counts[own[each]] == 0:
             name = snapshot.inspector.get_path(each)
             raise UnsupportedPairError(f"{query}: cloud {name} has no points, so none is nearest")
-    pair = sorted((id_A, id_B), key=lambda each: (each not in own, each))
+    pair = sorted((id_A, id_B), key=lambda each: own.get(each, len(own)))
     rows = {each: row for row, each in enumerate(snapshot.proximity.geometry_ids)}
     is_cloud = pair[1] in own
     other = own[pair[1]] if is_cloud else rows[pair[1]]

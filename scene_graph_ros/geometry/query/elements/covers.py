@@ -13,7 +13,7 @@ from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.spatial.vectors import load_vector, rotate
 from scene_graph_ros.geometry.tables.point_tree import BOX
 
-__all__ = ["box_cover", "cover_of", "from_boxes", "from_points", "signed"]
+__all__ = ["box_cover", "cover_of", "from_boxes", "from_centers", "from_points", "signed"]
 
 _HALF_SPACE = int(ShapeKind.HALF_SPACE)
 
@@ -81,7 +81,7 @@ def signed(x, y, z):
 
 
 @inlined_kernel
-def _from_centers(cover, px, py, pz, qx, qy, qz):
+def from_centers(cover, px, py, pz, qx, qy, qz):
     """Return lower bounds of distances of boxes in C: centres from B's origin, half extents."""
     R, M, _, c_C, c_B, half, turned, length, is_half_space = cover
     size = magnitude(px) + magnitude(py) + magnitude(pz) + (qx + qy + qz)
@@ -112,7 +112,7 @@ def from_boxes(boxes, row, cover):
     lx, ux = load_lanes(boxes, at) - p[0], load_lanes(boxes, at + 3 * LANES) - p[0]
     ly, uy = load_lanes(boxes, at + LANES) - p[1], load_lanes(boxes, at + 4 * LANES) - p[1]
     lz, uz = load_lanes(boxes, at + 2 * LANES) - p[2], load_lanes(boxes, at + 5 * LANES) - p[2]
-    bound = _from_centers(
+    bound = from_centers(
         cover, 0.5 * (lx + ux), 0.5 * (ly + uy), 0.5 * (lz + uz),
         0.5 * (ux - lx), 0.5 * (uy - ly), 0.5 * (uz - lz),
     )  # fmt: skip
@@ -126,4 +126,4 @@ def from_points(points, leaf, cover):
     at = leaf * 3 * LANES
     x = load_lanes(points, at) - p[0]
     y, z = load_lanes(points, at + LANES) - p[1], load_lanes(points, at + 2 * LANES) - p[2]
-    return _from_centers(cover, x, y, z, 0.0, 0.0, 0.0)
+    return from_centers(cover, x, y, z, 0.0, 0.0, 0.0)

@@ -1,13 +1,15 @@
-"""A scene's shape table with rows for points and clouds, and where their trees are, as one array.
+"""A scene's shape table with rows for elements, and where their trees are, as one array.
 
-A row for a point, and rows for clouds, follow those of the scene's other shapes. Kernels that take
-a HeldTable's ``places`` take these as well; those that know of clouds find the trees behind them.
+Rows for prisms of height fields (``tables.prism_slots``), for a point, for clouds and for height
+fields follow those of the scene's other shapes. Kernels that take a HeldTable's ``places`` take
+these as well; those that know of elements find the trees and grids behind them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
+import weakref
 
 import numpy as np
 
@@ -15,63 +17,168 @@ from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
 from scene_graph_ros.geometry.query.distance.pair_entry import PAIR_DISTANCE
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.spatial.vectors import rotate
+from scene_graph_ros.geometry.tables.height_grid import borrowed_heights, PlacedHeights
 from scene_graph_ros.geometry.tables.held_table import borrowed_table, HeldTable, hold
 from scene_graph_ros.geometry.tables.point_tree import borrowed_points, PlacedPoints
+from scene_graph_ros.geometry.tables.prism_slots import (
+    leave_slot,
+    SLOTS,
+    take_slot,
+    with_slots,
+)
 from scene_graph_ros.geometry.tables.table_arrays import ShapeTable
 
 __all__ = [
     "ElementTable",
-    "first_cloud_of",
+    "OwnRows",
+    "field_measure_of",
+    "first_element_of",
+    "first_field_of",
+    "grid_of",
     "hold_elements",
     "measure_of",
+    "point_row_of",
+    "prism_row_of",
     "tree_of",
-    "with_point",
+    "with_own_rows",
+    "with_slot",
 ]
 
 _IS_COMPILED = hasattr(rotate, "py_func")
 
 
+class OwnRows(NamedTuple):
+    """A shape table with rows for prisms, if it is for height fields, and a point."""
+
+    table: ShapeTable
+    slots: int
+    """Rows of prisms; that of the point follows the last."""
+
+
 class ElementTable(NamedTuple):
-    """A shape table whose last rows are a point and clouds."""
+    """A shape table whose last rows are prisms, a point, clouds and height fields."""
 
     held: HeldTable
+    """For questions about no height field: it has no slot for a prism."""
+    own: OwnRows
     clouds: tuple[PlacedPoints, ...]
+    fields: tuple[PlacedHeights, ...]
     point: int
-    """The row of a point at its own origin; those of the clouds follow."""
+    """The row of a point at its own origin; those of the clouds, then of the fields follow."""
+
+    @property
+    def counts(self) -> list[int]:
+        """How many elements the clouds and fields have."""
+        cells = [int(field.grid.counts[0].prod()) for field in self.fields]
+        return [cloud.count for cloud in self.clouds] + [2 * each for each in cells]
+
+    def own_places(self) -> Any:
+        """Return the table's places for one thread at a time; see ``with_slot``."""
+        return with_slot(self.held).places if self.fields else self.held.places
+
+
+class _Lease:
+    """Lives as long as a stand-in that has it: no tuple tells when it is gone."""
 
 
 class _TableWithTrees(ShapeTable):
     """What stands for the array where nothing is compiled."""
 
+    lease: _Lease
+
     trees: tuple[Any, ...]
+    grids: tuple[Any, ...]
+    slots: int
+    slot: int
 
 
-def with_point(table: ShapeTable) -> ShapeTable:
-    """Return a table with the row of a point behind its own."""
-    return _with_rows(table, np.zeros((1, 3)), np.zeros((1, 3)), np.zeros(1), exact=False)
+def with_own_rows(table: ShapeTable, *, has_fields: bool) -> OwnRows:
+    """Return a table with rows for prisms, if there are height fields, and for a point."""
+    slots = SLOTS if has_fields else 0
+    if has_fields:
+        table = with_slots(table, slots)
+    one = _with_rows(table, np.zeros((1, 3)), np.zeros((1, 3)), np.zeros(1), exact=False)
+    return OwnRows(one, slots)
 
 
-def hold_elements(table: ShapeTable, clouds: Sequence[PlacedPoints]) -> ElementTable:
-    """Return a table of ``with_point`` with rows for clouds, and where all of that is."""
-    point = len(table.kind) - 1
-    lower, upper = np.zeros((2, len(clouds), 3))
+def with_slot(held: HeldTable) -> HeldTable:
+    """Return the same table with places that have a slot for prisms as long as they live.
+
+    They are for one thread at a time. Raises RuntimeError where all slots are taken.
+    """
+    slot = take_slot()
+    if _IS_COMPILED:
+        places = held.places.copy()
+        places[-_SLOT] = slot
+    else:
+        places = _stand_in(held.table, held.places.trees, held.places.grids, held.places.slots)
+        places.slot, places.lease = slot, _Lease()
+    weakref.finalize(places if _IS_COMPILED else places.lease, leave_slot, slot)
+    return HeldTable(held.table, places)
+
+
+def hold_elements(
+    own: OwnRows,
+    clouds: Sequence[PlacedPoints],
+    fields: Sequence[PlacedHeights],
+    field_measure: int,
+) -> ElementTable:
+    """Return a table of ``with_own_rows`` with rows for elements, and where all of that is.
+
+    ``field_measure`` is the address of FIELD_DISTANCE, where there are fields.
+    """
+    point, count = len(own.table.kind) - 1, len(clouds) + len(fields)
+    lower, upper = np.zeros((2, count, 3))
     for k, cloud in enumerate(clouds):
         if cloud.count > 0:
             lower[k] = cloud.tree.bounds[0] - cloud.tree.radius[0]
             upper[k] = cloud.tree.bounds[1] + cloud.tree.radius[0]
+    for k, field in enumerate(fields, len(clouds)):
+        lower[k], upper[k] = field.bounds()
     # What a pair's errors are relative to is the size of the element that decides.
-    scale = np.array([2.0 * cloud.tree.radius[0] for cloud in clouds])
-    whole = _with_rows(table, lower, upper, scale, exact=True)
-    if not _IS_COMPILED:
-        stand_in = _TableWithTrees(*whole)
-        stand_in.trees = tuple(cloud.tree for cloud in clouds)
-        return ElementTable(HeldTable(whole, stand_in), tuple(clouds), point)
-    held = hold(whole)
-    parts = [held.places, *(cloud.places for cloud in clouds)]
-    words = len(clouds[0].places) if clouds else 0
-    last = np.array([PAIR_DISTANCE.address(), words, len(clouds)], np.int64)
-    places = np.concatenate([*parts, last])
-    return ElementTable(HeldTable(whole, places), tuple(clouds), point)
+    of_fields = [float((upper[k] - lower[k])[2]) for k in range(len(clouds), count)]
+    scale = np.array([2.0 * cloud.tree.radius[0] for cloud in clouds] + of_fields)
+    whole = _with_rows(own.table, lower, upper, scale, exact=True)
+    if _IS_COMPILED:
+        places = _places(whole, own.slots, clouds, fields, field_measure)
+    else:
+        trees = tuple(cloud.tree for cloud in clouds)
+        places = _stand_in(whole, trees, tuple(field.grid for field in fields), own.slots)
+    return ElementTable(HeldTable(whole, places), own, tuple(clouds), tuple(fields), point)
+
+
+def _stand_in(table: ShapeTable, trees: Any, grids: Any, slots: int) -> Any:
+    result = _TableWithTrees(*table)
+    result.trees, result.grids, result.slots, result.slot = trees, grids, slots, -1
+    return result
+
+
+_LAST = 8
+_SLOT = 8
+"""Numbers at the end, and which of these, from there, is the slot. Before it are the trees and the
+grids; after it how many slots there are, how many words each grid and each tree takes, how many
+fields and clouds there are, and the addresses that measure fields and pairs."""
+
+
+def _places(
+    table: ShapeTable,
+    slots: int,
+    clouds: Sequence[PlacedPoints],
+    fields: Sequence[PlacedHeights],
+    field_measure: int,
+) -> Any:
+    last = [
+        -1,
+        slots,
+        len(fields[0].places) if fields else 0,
+        len(clouds[0].places) if clouds else 0,
+        len(fields),
+        len(clouds),
+        field_measure,
+        PAIR_DISTANCE.address(),
+    ]
+    each = [cloud.places for cloud in clouds] + [field.places for field in fields]
+    return np.concatenate([hold(table).places, *each, np.array(last, np.int64)])
 
 
 def _with_rows(
@@ -96,32 +203,81 @@ def _with_rows(
 if _IS_COMPILED:
 
     @inlined_kernel
-    def first_cloud_of(places):
-        """Return the row of the first cloud; that of the point is the one before."""
-        return len(borrowed_table(places).kind) - places[len(places) - 1]
+    def first_element_of(places):
+        """Return the row of the first cloud or field; that of the point is the one before."""
+        end = len(places)
+        return len(borrowed_table(places).kind) - places[end - 4] - places[end - 3]
+
+    @inlined_kernel
+    def first_field_of(places):
+        """Return the row of the first field."""
+        return len(borrowed_table(places).kind) - places[len(places) - 4]
 
     @inlined_kernel
     def tree_of(places, cloud):
         """Return the tree of a cloud, counted from 0."""
-        words, count = places[len(places) - 2], places[len(places) - 1]
-        first = len(places) - 3 - (count - cloud) * words
-        return borrowed_points(places[first:])
+        end = len(places)
+        behind = _LAST + places[end - 6] * places[end - 4]
+        return borrowed_points(
+            places[end - behind - (places[end - 3] - cloud) * places[end - 5] :]
+        )
+
+    @inlined_kernel
+    def grid_of(places, field):
+        """Return the heights of a field, counted from 0."""
+        end = len(places)
+        return borrowed_heights(
+            places[end - _LAST - (places[end - 4] - field) * places[end - 6] :]
+        )
+
+    @inlined_kernel
+    def prism_row_of(places):
+        """Return the row that is this thread's for a prism."""
+        end = len(places)
+        return first_element_of(places) - 1 - places[end - 7] + places[end - _SLOT]
 
     @inlined_kernel
     def measure_of(places):
         """Return the address of PAIR_DISTANCE."""
-        return places[len(places) - 3]
+        return places[len(places) - 1]
+
+    @inlined_kernel
+    def field_measure_of(places):
+        """Return the address of FIELD_DISTANCE."""
+        return places[len(places) - 2]
 
 else:
 
-    def first_cloud_of(places):
-        """Return the row of the first cloud; that of the point is the one before."""
-        return len(places.kind) - len(places.trees)
+    def first_element_of(places):
+        """Return the row of the first cloud or field; that of the point is the one before."""
+        return len(places.kind) - len(places.trees) - len(places.grids)
+
+    def first_field_of(places):
+        """Return the row of the first field."""
+        return len(places.kind) - len(places.grids)
 
     def tree_of(places, cloud):
         """Return the tree of a cloud, counted from 0."""
         return places.trees[cloud]
 
+    def grid_of(places, field):
+        """Return the heights of a field, counted from 0."""
+        return places.grids[field]
+
+    def prism_row_of(places):
+        """Return the row that is this thread's for a prism."""
+        return first_element_of(places) - 1 - places.slots + places.slot
+
     def measure_of(places):
         """Return nothing: who is called is the function itself."""
         return 0
+
+    def field_measure_of(places):
+        """Return nothing: who is called is the function itself."""
+        return 0
+
+
+@inlined_kernel
+def point_row_of(places):
+    """Return the row of a point."""
+    return first_element_of(places) - 1

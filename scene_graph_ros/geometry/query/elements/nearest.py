@@ -25,8 +25,8 @@ from scene_graph_ros.geometry.compiled.stack_arrays import stack_array
 from scene_graph_ros.geometry.query.distance.pair_entry import PAIR_DISTANCE
 from scene_graph_ros.geometry.query.elements.covers import cover_of, from_boxes, from_points
 from scene_graph_ros.geometry.query.elements.element_places import (
-    first_cloud_of,
     measure_of,
+    point_row_of,
     tree_of,
 )
 from scene_graph_ros.geometry.spatial.vectors import (
@@ -167,7 +167,7 @@ def nearest_element(places, cloud, j, R_CB, p_CB, max_distance, tolerance):
     too large, infinite for a bound.
     """
     table, tree = borrowed_table(places), tree_of(places, cloud)
-    point, X_CB, top = first_cloud_of(places) - 1, (R_CB, p_CB), len(tree.starts) - 1
+    point, X_CB, top = point_row_of(places), (R_CB, p_CB), len(tree.starts) - 1
     cover, is_convex = cover_of(table, j, R_CB, p_CB), not table.exact[j]
     nodes, gaps, low, known = _nodes(), _gaps(), _low(), _known()
     best, place, least, beyond = just_above(max_distance), NONE, math.inf, math.inf

@@ -9,10 +9,15 @@ from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
 from scene_graph_ros.geometry.query.distance.pair_entry import PAIR_DISTANCE
 from scene_graph_ros.geometry.query.elements.between_clouds import nearest_balls
 from scene_graph_ros.geometry.query.elements.element_places import (
-    first_cloud_of,
+    field_measure_of,
+    first_element_of,
+    first_field_of,
     measure_of,
+    point_row_of,
     tree_of,
 )
+from scene_graph_ros.geometry.query.elements.field_entry import FIELD_DISTANCE
+from scene_graph_ros.geometry.query.elements.field_to_cloud import nearest_ball_to_field
 from scene_graph_ros.geometry.query.elements.nearest import nearest_element, NONE
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
@@ -29,6 +34,7 @@ __all__ = ["ELEMENT_DISTANCE"]
 _IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 _LANES = 8
 _pair_distance = PAIR_DISTANCE.call
+_field_distance = FIELD_DISTANCE.call
 
 
 @inlined_kernel
@@ -47,7 +53,7 @@ def _to_shape(places, cloud, j, R_CB, p_CB, max_distance, tolerance):
         zero = (0.0, 0.0, 0.0)
         return phi, zero, zero, (0.0, 0.0, 1.0), math.inf
     p, radius = _ball(tree_of(places, cloud), place)
-    point, X_CB = first_cloud_of(places) - 1, (R_CB, p_CB)
+    point, X_CB = point_row_of(places), (R_CB, p_CB)
     arguments = places, point, j, (_IDENTITY, p), X_CB, math.inf, tolerance
     centre, _, p_CCb, nhat, own = _pair_distance(measure_of(places), arguments)
     return centre - radius, axpy(-radius, nhat, p), p_CCb, nhat, max(gap, own)
@@ -69,17 +75,36 @@ def _to_cloud(places, cloud, other, R_AB, p_AB, max_distance):
     return length - r - s, axpy(-r, nhat, p), axpy(s, nhat, q), nhat, 0.0
 
 
+@inlined_kernel
+def _to_field(places, field, j, R_FB, p_FB, max_distance, tolerance):
+    """Return the same of a field A and the shape of row j, B, in A."""
+    arguments = places, field, j, (R_FB, p_FB), max_distance, tolerance
+    phi, p_Fa, p_Fb, nhat, gap, _ = _field_distance(field_measure_of(places), arguments)
+    return phi, p_Fa, p_Fb, nhat, gap
+
+
 def _element_distance(places, i, j, X_WA, X_WB, max_distance, tolerance):
-    first = first_cloud_of(places)
+    first, first_field = first_element_of(places), first_field_of(places)
     if i < first and j < first:
         arguments = places, i, j, X_WA, X_WB, max_distance, tolerance
         return _pair_distance(measure_of(places), arguments)
-    turned = i < first
+    # A is an element; of two the field, if one is.
+    turned = i < first or (j >= first_field and i < first_field)
     if turned:
         i, j, X_WA, X_WB = j, i, X_WB, X_WA
     (R_WA, p_WA), (R_WB, p_WB) = X_WA, X_WB
     R_AB, p_AB = relative_pose(R_WA, p_WA, R_WB, p_WB)
-    if j < first:
+    if j >= first_field:
+        phi, p_ACa, p_ACb, nhat_A, gap = -math.inf, p_AB, p_AB, (0.0, 0.0, 1.0), math.inf
+    elif i >= first_field and j < first:
+        phi, p_ACa, p_ACb, nhat_A, gap = _to_field(
+            places, i - first_field, j, R_AB, p_AB, max_distance, tolerance
+        )
+    elif i >= first_field:
+        phi, p_ACa, p_ACb, nhat_A, gap, _, _ = nearest_ball_to_field(
+            places, i - first_field, j - first, R_AB, p_AB, max_distance
+        )
+    elif j < first:
         phi, p_ACa, p_ACb, nhat_A, gap = _to_shape(
             places, i - first, j, R_AB, p_AB, max_distance, tolerance
         )
@@ -99,4 +124,6 @@ _POSE = 9 * (0.0,), 3 * (0.0,)
 ELEMENT_DISTANCE = entry_point(
     _element_distance, (np.zeros(1, np.int64), 0, 0, _POSE, _POSE, 0.0, 0.0)
 )
-"""Returns what PAIR_DISTANCE does, of rows of an ElementTable, whose places it takes."""
+"""Returns what PAIR_DISTANCE does, of rows of an ElementTable, whose places it takes.
+
+Two height fields, the only pair that has no answer, give phi = -inf: who asks refuses them."""

@@ -1,8 +1,10 @@
-"""How far points are from the nearest ball of clouds, or how deep in the deepest one."""
+"""How far points are from the nearest element of clouds and fields, or how deep in one."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+import functools
 from typing import Any
 
 import numpy as np
@@ -10,7 +12,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.query.elements.point_kernels import find_balls
-from scene_graph_ros.geometry.query.elements.scene import clouds_of
+from scene_graph_ros.geometry.query.elements.scene import Clouds, clouds_of
 from scene_graph_ros.geometry.query.results import PointDistances
 
 __all__ = ["point_distances_with_elements"]
@@ -23,20 +25,20 @@ def point_distances_with_elements(
     threshold: float,
     threads: int,
 ) -> PointDistances:
-    """Return a table with the distances of (m, 3) points to clouds as well, sorted.
+    """Return a table with the distances of (m, 3) points to clouds and fields as well, sorted.
 
     A cloud without points is infinitely far away, and has no rows.
     """
     clouds, m = clouds_of(snapshot), len(p_WQs)
     parts = [{**table.columns, "element": np.full(len(table), -1)}]
-    for k, cloud in enumerate(clouds.table.clouds):
+    for k in range(len(clouds.ids)):
         phi, unique, elements = np.empty(m), np.empty(m, np.bool_), np.empty(m, np.int64)
         p_GN, grad_W = np.empty((m, 3)), np.empty((m, 3))
-        X_WC, places = np.ascontiguousarray(clouds.X_WC[k : k + 1]), cloud.places
+        find = _finder(clouds, k)
 
         def answer(share: slice, where: tuple[NDArray[Any], ...]) -> None:
             some = tuple(column[share] for column in where)
-            find_balls(places, X_WC, p_WQs[share], threshold, some[:4], some[4])  # noqa: B023
+            find(p_WQs[share], threshold, some[:4], some[4])  # noqa: B023
 
         columns = (phi, p_GN, grad_W, unique, elements)
         shares = [slice(i * m // threads, (i + 1) * m // threads) for i in range(threads)]
@@ -60,3 +62,18 @@ def point_distances_with_elements(
     whole = {name: np.concatenate([part[name] for part in parts]) for name in parts[1]}
     order = np.lexsort([whole["id_G"], whole["point"]])
     return PointDistances({n: column[order] for n, column in whole.items()}, snapshot.state)
+
+
+def _finder(clouds: Clouds, k: int) -> Callable[..., None]:
+    """Return the kernel that finds elements of the k-th cloud or field near points, bound."""
+    X_WC = np.ascontiguousarray(clouds.X_WC[k : k + 1])
+    if k < clouds.num_clouds:
+        return functools.partial(find_balls, clouds.table.clouds[k].places, X_WC)
+    from scene_graph_ros.geometry.query.elements.field_kernels import find_prisms_at_points
+
+    field = k - clouds.num_clouds
+
+    def find(*arguments: Any) -> None:  # in as many threads
+        find_prisms_at_points(clouds.table.own_places(), field, X_WC, *arguments)
+
+    return find

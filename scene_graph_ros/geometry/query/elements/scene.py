@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.broadphase.aabb import world_boxes
+from scene_graph_ros.geometry.errors import UnsupportedPairError
 from scene_graph_ros.geometry.model.derived import derived, Part
 from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.model.layout import role_arrays, RoleArrays
@@ -18,20 +19,21 @@ from scene_graph_ros.geometry.model.state import GeometryState
 from scene_graph_ros.geometry.query.elements.element_places import (
     ElementTable,
     hold_elements,
-    with_point,
+    OwnRows,
+    with_own_rows,
 )
+from scene_graph_ros.geometry.shapes.height_field import HeightField
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.spatial.pose_kernels import world_poses_of_children
 from scene_graph_ros.geometry.spatial.sums import product
-from scene_graph_ros.geometry.tables.table_arrays import ShapeTable
 
-__all__ = ["Clouds", "clouds_of"]
+__all__ = ["Clouds", "clouds_of", "field_address", "two_fields"]
 
 FloatArray = NDArray[np.float64]
 
 
 class Clouds(NamedTuple):
-    """The k clouds with the proximity role, sorted by id."""
+    """The k shapes of many elements with the proximity role: clouds by id, then fields by id."""
 
     ids: NDArray[np.int64]
     """(k,)"""
@@ -42,19 +44,33 @@ class Clouds(NamedTuple):
     """(k, 4, 4)"""
 
     def boxes(self) -> tuple[FloatArray, FloatArray]:
-        """Return the corners (k, 3) of the boxes in W around all balls; inside out where none."""
+        """Return the corners (k, 3) of the boxes in W around each; inside out where nothing is."""
         lower, upper = np.full((2, len(self.ids), 3), np.inf)
         upper = -upper
-        for k, cloud in enumerate(self.table.clouds):
-            if cloud.count == 0:
+        for k, bounds in enumerate(self._own_bounds()):
+            if bounds is None:
                 continue
-            X, bounds, radius = self.X_WC[k], cloud.tree.bounds, cloud.tree.radius[0]
+            X = self.X_WC[k]
             center = product(X[:3, :3], 0.5 * (bounds[0] + bounds[1])) + X[:3, 3]
-            half = product(np.abs(X[:3, :3]), 0.5 * (bounds[1] - bounds[0])) + radius
+            half = product(np.abs(X[:3, :3]), 0.5 * (bounds[1] - bounds[0]))
             # The same rounding as that of the scene's other boxes.
             half += 1e-14 * (np.abs(center) + half + np.abs(bounds).max() + np.abs(X[:3, 3]))
             lower[k], upper[k] = center - half, center + half
         return lower, upper
+
+    def _own_bounds(self) -> list[FloatArray | None]:
+        """Return the corners (2, 3) of the box around each in its own frame, if it is anything."""
+        result: list[FloatArray | None] = []
+        for cloud in self.table.clouds:
+            radius = cloud.tree.radius[0] * np.array([[-1.0], [1.0]])
+            result.append(cloud.tree.bounds + radius if cloud.count else None)
+        result += [np.stack(field.bounds()) for field in self.table.fields]
+        return result
+
+    @property
+    def num_clouds(self) -> int:
+        """How many of them, the first ones, are clouds."""
+        return len(self.table.clouds)
 
     def near_pairs(self, snapshot: Snapshot, margin: float) -> NDArray[np.int64]:
         """Return (m, 2): clouds and rows of the proximity arrays whose boxes come that near."""
@@ -62,7 +78,7 @@ class Clouds(NamedTuple):
         table = snapshot.proximity.table
         if not len(table.kind):
             return np.empty((0, 2), np.int64)
-        allowed = allowed & np.array([[cloud.count > 0] for cloud in self.table.clouds])
+        allowed = allowed & np.array([[count > 0] for count in self.table.counts])
         if margin == np.inf:
             return np.argwhere(allowed)
         lower, upper = world_boxes(table, snapshot.X_WG)
@@ -73,7 +89,7 @@ class Clouds(NamedTuple):
         return np.argwhere(allowed & near.all(axis=2))
 
     def near_clouds(self, snapshot: Snapshot, margin: float) -> NDArray[np.int64]:
-        """Return (m, 2): pairs of clouds, the first the one with the smaller id."""
+        """Return (m, 2): pairs of clouds and fields, the first one first."""
         lower, upper = self.boxes()
         if margin == np.inf:
             has_points: NDArray[np.bool_] = np.all(np.isfinite(lower), axis=1)
@@ -90,7 +106,7 @@ class Clouds(NamedTuple):
 
 
 def clouds_of(snapshot: Snapshot) -> Clouds:
-    """Return the clouds of a snapshot, found once."""
+    """Return the clouds and fields of a snapshot, found once."""
     known = snapshot.elements
     if known is None:
         known = snapshot.elements = _find_clouds(snapshot)
@@ -101,23 +117,45 @@ def clouds_of(snapshot: Snapshot) -> Clouds:
 def _find_clouds(snapshot: Snapshot) -> Clouds:
     state = snapshot.state
     rows = _element_rows(state)
-    placed = [snapshot.point_set(each).placed for each in rows.geometry_ids]
+    is_field = [isinstance(state.geometries[i].shape, HeightField) for i in rows.geometry_ids]
+    first = len(is_field) - sum(is_field)
+    clouds = [snapshot.point_set(each).placed for each in rows.geometry_ids[:first]]
+    fields = [snapshot.height_set(each).placed for each in rows.geometry_ids[first:]]
     X_WC = np.empty_like(rows.X_FG)
     world_poses_of_children(rows.all_rows, rows.frame, snapshot.X_WF, rows.X_FG, X_WC)
-    table = hold_elements(_table_with_point(state), placed)
+    table = hold_elements(_own_rows(state), clouds, fields, field_address() if fields else 0)
     return Clouds(rows.ids, rows.geometry_ids, table, rows, X_WC)
+
+
+def two_fields(snapshot: Snapshot, one: GeometryId, other: GeometryId) -> UnsupportedPairError:
+    """Return the error for a pair of height fields."""
+    names = [snapshot.inspector.get_path(each) for each in sorted((one, other))]
+    return UnsupportedPairError(
+        f"height field {names[0]} against height field {names[1]} has no answer: two fields are"
+        " not measured against each other. Exclude the pair by a collision filter, or register"
+        " one of them as a Mesh."
+    )
+
+
+def field_address() -> int:
+    """Return the address of FIELD_DISTANCE, which is compiled or loaded now."""
+    from scene_graph_ros.geometry.query.elements.field_entry import FIELD_DISTANCE
+
+    return FIELD_DISTANCE.address()
 
 
 @derived(Part.FRAMES, Role.PROXIMITY)
 def _element_rows(state: GeometryState) -> RoleArrays:
-    return role_arrays(
-        [state.geometries[i] for i in state.element_ids(Role.PROXIMITY)], state.layout()
-    )
+    records = [state.geometries[i] for i in state.element_ids(Role.PROXIMITY)]
+    records.sort(key=lambda record: isinstance(record.shape, HeightField))  # stable
+    return role_arrays(records, state.layout())
 
 
 @derived(Role.PROXIMITY)
-def _table_with_point(state: GeometryState) -> ShapeTable:
-    return with_point(shape_table(state))
+def _own_rows(state: GeometryState) -> OwnRows:
+    shapes = [state.geometries[i].shape for i in state.element_ids(Role.PROXIMITY)]
+    has_fields = any(isinstance(shape, HeightField) for shape in shapes)
+    return with_own_rows(shape_table(state), has_fields=has_fields)
 
 
 @derived(Part.FRAMES, Part.FILTERS, Role.PROXIMITY)

@@ -1,8 +1,8 @@
-"""Pairs with clouds in them, solved as pairs of the balls that decide them.
+"""Pairs with shapes of many elements in them, solved as pairs of the elements that decide them.
 
-Which ball is nearest is found first. Then the pair is asked about as any other, with a sphere in
-the cloud's place and frame, so that all that is answered of spheres is answered of clouds as well,
-and as exactly.
+Which ball or prism is nearest is found first. Then the pair is asked about as any other, with a
+sphere or a convex hull in the shape's place and frame, so that all that is answered of these is
+answered of clouds and height fields as well, and as exactly.
 """
 
 from __future__ import annotations
@@ -19,8 +19,13 @@ from scene_graph_ros.geometry.query.distance.driver import FIRST_PENETRATION, so
 from scene_graph_ros.geometry.query.distance.solved_pairs import BOTH
 from scene_graph_ros.geometry.query.distance.witness_derivatives import witness_derivatives
 from scene_graph_ros.geometry.query.elements.between_clouds import find_nearest_balls
+from scene_graph_ros.geometry.query.elements.chosen_elements import (
+    chosen_elements,
+    Elements,
+    MOST_PRISMS,
+)
 from scene_graph_ros.geometry.query.elements.nearest import find_nearest
-from scene_graph_ros.geometry.query.elements.scene import Clouds
+from scene_graph_ros.geometry.query.elements.scene import Clouds, two_fields
 from scene_graph_ros.geometry.query.settings import Settings
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.spatial.sums import product
@@ -33,16 +38,16 @@ FloatArray = NDArray[np.float64]
 
 
 class FoundPairs(NamedTuple):
-    """Pairs of a cloud with another geometry, and the elements that decide them."""
+    """Pairs of a cloud or field with another geometry, and the elements that decide them."""
 
     clouds: NDArray[np.int64]
-    """(m,) which cloud."""
+    """(m,) which cloud or field."""
     places: NDArray[np.int64]
-    """(m,) where its ball is in the tree's order."""
+    """(m,) where its ball is in the tree's order, or which prism it is."""
     others: NDArray[np.int64]
-    """(m,) rows of the proximity arrays, or which cloud, as ``other_places`` tells."""
+    """(m,) rows of the proximity arrays, or which cloud or field, as ``other_places`` tells."""
     other_places: NDArray[np.int64]
-    """(m,) where the other cloud's ball is; -1 where the other is no cloud."""
+    """(m,) the other's ball or prism; -1 where the other has no elements."""
 
     def some(self, chosen: Any) -> FoundPairs:
         """Return some of them."""
@@ -54,53 +59,60 @@ def find_pairs(
 ) -> FoundPairs:
     """Return the pairs that may be kept, see ``solve_pairs``: at most ``max_distance`` apart.
 
-    Raises EngineError for the engine that knows no clouds.
+    Raises EngineError for the engine that knows no clouds, UnsupportedPairError for two fields.
     """
     if settings.engine is not Engine.NATIVE:
         raise EngineError(
-            f"engine {settings.engine.value!r} has no point clouds: ask with engine='native'"
+            f"engine {settings.engine.value!r} has no point clouds and height fields: ask with"
+            " engine='native'"
         )
     margin = max(max_distance, 0.0)
     found: list[tuple[int, int, int, int]] = []
-    pairs, places = clouds.near_pairs(snapshot, margin), clouds.table.held.places
+    pairs, places = clouds.near_pairs(snapshot, margin), clouds.table.own_places()
     for cloud in np.unique(pairs[:, 0]).tolist():
         rows = np.ascontiguousarray(pairs[pairs[:, 0] == cloud, 1])
         nearest = np.empty((len(rows), 2))
         X_WC = np.ascontiguousarray(clouds.X_WC[cloud : cloud + 1])
-        find_nearest(places, cloud, snapshot.X_WG, X_WC, rows, max_distance, nearest)
+        if cloud < clouds.num_clouds:
+            find_nearest(places, cloud, snapshot.X_WG, X_WC, rows, max_distance, nearest)
+        else:
+            from scene_graph_ros.geometry.query.elements.field_kernels import find_prisms
+
+            field = cloud - clouds.num_clouds
+            find_prisms(places, field, snapshot.X_WG, X_WC, rows, max_distance, nearest)
         is_found = nearest[:, 1] >= 0
         at = nearest[is_found, 1].astype(np.int64).tolist()
         found += [(cloud, p, r, -1) for p, r in zip(at, rows[is_found].tolist(), strict=True)]
         if keep == FIRST_PENETRATION and (nearest[is_found, 0] < 0.0).any():
             break
     for first, second in clouds.near_clouds(snapshot, margin).tolist():
-        both = np.array([max_distance, 0.0, 0.0])
-        find_nearest_balls(places, first, second, clouds.X_WC, both)
+        both = _of_two(snapshot, clouds, places, (first, second), max_distance)
         if both[1] >= 0:
             found.append((first, int(both[1]), second, int(both[2])))
     columns = np.array(found, np.int64).reshape(-1, 4).T
     return FoundPairs(*(np.ascontiguousarray(column) for column in columns))
 
 
-class _Balls(NamedTuple):
-    """Balls of clouds, one for each of m pairs."""
+def _of_two(
+    snapshot: Snapshot,
+    clouds: Clouds,
+    places: Any,
+    pair: tuple[int, int],
+    max_distance: float,
+) -> FloatArray:
+    """Return (distance, element, element) of two clouds, or a cloud and a field; -1 if farther."""
+    both, (first, second) = np.array([max_distance, 0.0, 0.0]), pair
+    if second < clouds.num_clouds:
+        find_nearest_balls(places, first, second, clouds.X_WC, both)
+        return both
+    if first >= clouds.num_clouds:
+        raise two_fields(snapshot, clouds.geometry_ids[first], clouds.geometry_ids[second])
+    from scene_graph_ros.geometry.query.elements.field_to_cloud import find_ball_at_field
 
-    p_CP: FloatArray
-    """(m, 3) the centres, in their clouds' frames."""
-    radii: FloatArray
-    indices: NDArray[np.int64]
-    """(m,) which point each was as they were given."""
-
-
-def _balls(clouds: Clouds, which: NDArray[np.int64], places: NDArray[np.int64]) -> _Balls:
-    p_CP, radii = np.empty((len(which), 3)), np.empty(len(which))
-    indices = np.empty(len(which), np.int64)
-    for m, (cloud, place) in enumerate(zip(which.tolist(), places.tolist(), strict=True)):
-        tree = clouds.table.clouds[cloud].tree
-        leaf, i = divmod(place, tree.points.shape[2])
-        p_CP[m], indices[m] = tree.points[leaf, :, i], tree.order[place]
-        radii[m] = tree.radii[leaf, i] if len(tree.radii) else tree.radius[1]
-    return _Balls(p_CP, radii, indices)
+    X_WF, X_WC = (np.ascontiguousarray(clouds.X_WC[k : k + 1]) for k in (second, first))
+    field = second - clouds.num_clouds
+    find_ball_at_field(places, field, first, X_WF, X_WC, max_distance, both)
+    return both
 
 
 def columns_of(
@@ -112,11 +124,40 @@ def columns_of(
     settings: Settings,
 ) -> dict[str, NDArray[Any]]:
     """Return all columns that records of pairs may have, of those pairs that are kept."""
+    most = MOST_PRISMS if clouds.table.fields else max(len(found.clouds), 1)
+    parts = []
+    for begin in range(0, max(len(found.clouds), 1), most):
+        some = found.some(slice(begin, begin + most))
+        with (
+            chosen_elements(clouds, some.clouds, some.places) as own,
+            chosen_elements(clouds, *_elements_of_others(some)) as others,
+        ):
+            parts.append(
+                _columns_of(snapshot, clouds, some, own, others, max_distance, keep, settings)
+            )
+    if len(parts) == 1:
+        return parts[0]
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+
+def _elements_of_others(found: FoundPairs) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    has_elements = found.other_places >= 0
+    return found.others[has_elements], found.other_places[has_elements]
+
+
+def _columns_of(
+    snapshot: Snapshot,
+    clouds: Clouds,
+    found: FoundPairs,
+    own: Elements,
+    others: Elements,
+    max_distance: float,
+    keep: int,
+    settings: Settings,
+) -> dict[str, NDArray[Any]]:
     m = len(found.clouds)
     is_cloud = found.other_places >= 0
-    own = _balls(clouds, found.clouds, found.places)
-    others = _balls(clouds, found.others[is_cloud], found.other_places[is_cloud])
-    table, X_CG = _as_spheres(snapshot, clouds, found, own, others)
+    table, X_CG = _as_elements(snapshot, clouds, found, own, others)
     ids = np.empty((2, m), np.int64)
     ids[0], ids[1, is_cloud] = clouds.ids[found.clouds], clouds.ids[found.others[is_cloud]]
     ids[1, ~is_cloud] = snapshot.proximity.ids[found.others[~is_cloud]]
@@ -171,14 +212,14 @@ def columns_of(
     return columns
 
 
-def _as_spheres(
-    snapshot: Snapshot, clouds: Clouds, found: FoundPairs, own: _Balls, others: _Balls
+def _as_elements(
+    snapshot: Snapshot, clouds: Clouds, found: FoundPairs, own: Elements, others: Elements
 ) -> tuple[ShapeTable, FloatArray]:
-    """Return a table of m balls and of each one's partner, and their poses in C."""
+    """Return a table of m elements and of each one's partner, and their poses in C."""
     m, is_cloud = len(found.clouds), found.other_places >= 0
     point = clouds.table.point
-    rows = np.full(2 * m, point)
-    rows[m:][~is_cloud] = found.others[~is_cloud]
+    rows = np.concatenate([own.rows, found.others])
+    rows[m:][is_cloud] = others.rows
     whole = clouds.table.held.table
     columns = {
         name: getattr(whole, name)[rows]
@@ -207,7 +248,7 @@ def _as_spheres(
 
 
 def _in_cloud(offsets: FloatArray, X_CG: FloatArray, is_cloud: NDArray[np.bool_]) -> FloatArray:
-    """Return balls' positions from their clouds' origins, (2, m, 3), in the first one's frame."""
+    """Return elements' positions from their shapes' origins, (2, m, 3), in the first's frame."""
     result = offsets.copy()
     m = len(is_cloud)
     result[1] = np.einsum("mij,mj->mi", X_CG[m:, :3, :3], offsets[1])
@@ -222,9 +263,9 @@ def _derivatives(
     nhat_BA_W: FloatArray,
     offsets_C: tuple[FloatArray, FloatArray],
 ) -> dict[str, NDArray[Any]]:
-    """Return the derivatives for motions of geometries, from those for motions of their balls.
+    """Return the derivatives for motions of geometries, from those for motions of their elements.
 
-    A ball's centre moves at ``v + w x offset`` where its cloud's origin moves at v and turns at w.
+    An element moves at ``v + w x offset`` where its shape's origin moves at v and turns at w.
     """
     columns: dict[str, NDArray[Any]] = {}
     for side, sign in ((0, 1.0), (1, -1.0)):
