@@ -33,8 +33,8 @@ def _prepare_for_callers(dispatcher: Any) -> None:
     """Make calls from other kernels compile for the types of constants, not for their values.
 
     Numba compiles a callee anew for every literal it is called with; the optimizer propagates
-    constants into what it inlines in any case, so that costs minutes and gains nothing. What was
-    loaded without what callers are compiled with gets that first.
+    constants into inlined code in any case, so that costs minutes and gains nothing. A kernel
+    loaded without its bitcode for callers gets that first.
     """
     resolve = dispatcher.get_call_template
 

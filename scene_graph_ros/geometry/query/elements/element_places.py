@@ -41,7 +41,7 @@ class ElementTable(NamedTuple):
 
 
 class _TableWithTrees(ShapeTable):
-    """What stands for the array where nothing is compiled."""
+    """A stand-in for the array where nothing is compiled."""
 
     trees: tuple[Any, ...]
 
@@ -123,5 +123,5 @@ else:
         return places.trees[cloud]
 
     def measure_of(places):
-        """Return nothing: who is called is the function itself."""
+        """Return nothing: the function itself is called."""
         return 0
