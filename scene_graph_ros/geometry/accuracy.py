@@ -1,4 +1,4 @@
-"""How exact an answer must be, and who computes it: the two settings of pairwise queries."""
+"""The two settings of pairwise queries: the accuracy of answers, and the engine."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ BOUNDS = {Accuracy.QUICK: 1e-3, Accuracy.STANDARD: 1e-6, Accuracy.EXACT: 1e-12}
 
 
 class Engine(enum.StrEnum):
-    """Who computes the distance of a pair: this package's kernels, or FCL for comparison."""
+    """The engine that computes a pair's distance: our kernels, or FCL for comparison."""
 
     NATIVE = "native"
     FCL = "fcl"

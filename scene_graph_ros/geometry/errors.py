@@ -47,7 +47,7 @@ class NameConflictError(SceneGraphError, ValueError):
 
 
 class OwnershipError(SceneGraphError, ValueError):
-    """A source tried to change what another source registered."""
+    """A source tried to change an object that another source registered."""
 
 
 class InvalidPoseError(SceneGraphError, ValueError):

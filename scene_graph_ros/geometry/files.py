@@ -1,6 +1,6 @@
 """The door for files that others name: where they may lie, and how much of them is read.
 
-What is named may be a device, a pipe, a file of 40 GB or on a server that is gone, or a secret of
+A name may be that of a device, a pipe, a file of 40 GB or on a server that is gone, or a secret of
 the user's. All of them are refused with ``OSError``, whose ``strerror`` says why.
 ``test/test_files_of_others.py`` lists each place that opens a file otherwise, with its reason.
 """
@@ -62,14 +62,14 @@ class Reach:
 
     @property
     def is_anywhere(self) -> bool:
-        """Whether the user names the files, who may read all that messages say."""
+        """Whether the user names the files, and may read all that messages say."""
         return self.folders is None
 
     def checked(self, path: Path, endings: tuple[str, ...]) -> Path:
         """Return the path without ``..``, if it may be named; whether it exists is not looked at.
 
         Without ``endings`` it is a mesh or a picture, whose reader looks at these. A link below a
-        folder leads wherever who owns the folder wants. Raises OSError.
+        folder leads anywhere its owner wants. Raises OSError.
         """
         if self.folders is None:
             return path
@@ -111,7 +111,7 @@ def package_folder(path: PathLike) -> Path:
 
 
 class FileMark(NamedTuple):
-    """What tells a file that was read from any other, also from what takes its place."""
+    """The identity of a file that was read, also among others in its place."""
 
     place: str
     """Its path without links, as it was when it was read."""
@@ -132,7 +132,7 @@ def find_file(path: PathLike) -> os.stat_result:
 
 
 def read_limited(path: PathLike, limit: int) -> bytes:
-    """Return what a regular file of at most ``limit`` bytes holds. Raises OSError."""
+    """Return the bytes of a regular file of at most ``limit`` bytes. Raises OSError."""
     return read_marked(path, limit)[0]
 
 
@@ -187,7 +187,7 @@ _FLAGS = os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC | os.O_NOCTTY
 
 
 def _read(path: PathLike, limit: int) -> tuple[bytes, FileMark]:
-    """Read as many bytes as the file's size says: those of /proc say 0, whatever they hold."""
+    """Read as many bytes as the file's size says: those of /proc always say 0."""
     _status(path)  # before it is opened, which may block or do something
     handle = os.open(path, _FLAGS)
     try:

@@ -50,12 +50,12 @@ def results_root() -> Path:
 
 
 def kept(kind: str, name: str, find: Callable[[], Arrays]) -> Arrays:
-    """Return what is kept under a name, or find and keep it.
+    """Return the value kept under a name, or find and keep it.
 
     Args:
         kind: a folder for results of one kind.
         name: a digest of all that the result depends on, in hexadecimal digits.
-        find: what to do where nothing is kept; what it raises is raised.
+        find: the function to call where nothing is kept; its errors are raised.
 
     """
     folder = _folder(kind)
@@ -70,7 +70,7 @@ def kept(kind: str, name: str, find: Callable[[], Arrays]) -> Arrays:
 
 
 def _folder(kind: str) -> Path | None:
-    """Make a folder, and return it if nobody else can have written what is in it."""
+    """Make a folder, and return it if nobody else can have written its files."""
     try:
         root = results_root()
         folder = root / kind
@@ -135,7 +135,7 @@ def _write(path: Path, arrays: Arrays) -> None:
 
 
 def _forget_oldest(folder: Path) -> None:
-    """Remove what was not used for longest, where files together are larger than MAX_BYTES."""
+    """Remove the files not used for longest, where files together are larger than MAX_BYTES."""
     files = []
     for path in folder.iterdir():
         with contextlib.suppress(FileNotFoundError):  # another process tidies up, too

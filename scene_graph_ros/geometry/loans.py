@@ -1,11 +1,11 @@
 """Arrays that are lent, and lent again when nobody looks at them any more.
 
 New memory of some megabytes is cleared by the system, page by page, which takes longer than
-writing it. Who asks again and again, and drops what it got before, is spared that.
+writing it. A caller that asks again and again, and drops earlier answers, is spared that.
 
 A loan is over when the array that was lent is gone: it and every view of it, for each of them
 refers to that very array. NumPy lets a view refer to the array at the end of a chain of views,
-but not past one of another class (``PyArray_SetBaseObject``); so what is lent is a view of a
+but not past one of another class (``PyArray_SetBaseObject``); so a loan is a view of a
 ``Block``. Weak references tell when it is gone, on every interpreter.
 """
 
@@ -34,7 +34,7 @@ class Block(np.ndarray):
 
 
 def _nothing() -> None:
-    """Return what a weak reference does whose array is gone."""
+    """Return the callback of a weak reference whose array is gone."""
 
 
 class Loan:
@@ -72,7 +72,7 @@ class Lender:
     def take(self, begin: Callable[[NDArray[np.float64]], object]) -> NDArray[np.float64]:
         """Return an array as its last borrower left it, or a new one, to which ``begin`` writes.
 
-        A new one is lent again only if ``begin`` has ended: who is interrupted leaves none behind
+        A new one is lent again only if ``begin`` has ended: an interruption leaves none behind
         in which there is nothing yet.
         """
         with self._lock:

@@ -28,7 +28,7 @@ def one_line(*names: str) -> Callable[[Class], Class]:
     """Have a class show its type and some attributes, as ``Plan(is_success=True, ...)``.
 
     Without ``names`` those are the fields of a dataclass or a named tuple. Attributes are cheap to
-    read; what raises AttributeError is left out, as in an object that is half made.
+    read; those that raise AttributeError are left out, as in an object that is half made.
     """
 
     def decorated(shown: Class) -> Class:

@@ -1,4 +1,4 @@
-"""What is raised for values of properties, beside what `errors` has for their names."""
+"""The errors for values of properties, beside those of `errors` for their names."""
 
 from scene_graph_ros.geometry.errors import PropertyError
 

@@ -1,4 +1,4 @@
-"""The border for arrays: whatever NumPy calls numbers becomes an array that kernels take."""
+"""The border for arrays: all that NumPy calls numbers becomes an array that kernels take."""
 
 from __future__ import annotations
 

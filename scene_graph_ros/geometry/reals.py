@@ -13,7 +13,7 @@ _FEW = 100
 
 
 def as_float(value: object) -> float | None:
-    """Return a real number of any type as a float, None for what is none; a bool is none.
+    """Return a real number of any type as a float, None for other values; a bool is none.
 
     An integer beyond all floats is infinite.
     """

@@ -48,7 +48,7 @@ _PINNED = 1e7
 
 
 class Rows(NamedTuple):
-    """What bounds b at m points, of j joints: each number in units of its limit."""
+    """The bounds of b at m points, of j joints: each number in units of its limit."""
 
     caps: np.ndarray
     """``(m,)``: the largest b by the limits of velocity."""
@@ -220,7 +220,7 @@ def _assemble(g, h, pinned, slope, band):
 
 @inlined_kernel
 def _weights(is_middle, p):
-    """Return how much a coefficient counts for b, b' and b'' at a node, or in a middle."""
+    """Return a coefficient's weights for b, b' and b'' at a node, or in a middle."""
     if is_middle == 0:
         if p == 0:
             return 1.0 / 6.0, -0.5, 1.0
@@ -286,7 +286,7 @@ def _step(rows, c, x, wide, mu, pinned, slope, work):
 
 @inlined_kernel
 def _begin(rows, c, x, can_scale):
-    """Begin within the limits; return what they are multiplied with until they are kept."""
+    """Begin within the limits; return their factor until they are kept."""
     _at_points(c, x)
     wide = _largest(rows, x)
     if not can_scale:
@@ -303,9 +303,9 @@ def fastest_rates(rows, c, pinned, slope, first_weight, last_weight):
     """Change a spline's coefficients ``(n + 2,)`` to those of about the least duration.
 
     The rows are of n nodes, a unit of u apart, and the middles between them. ``pinned`` ``(2,)``
-    says whether b must stay what it is at the first and last node, ``slope`` whether b' must. The
+    says whether b must stay the same at the first and last node, ``slope`` whether b' must. The
     last weight of the barrier costs about as much of the duration, as about one limit is active at
-    a node. Return by what factor a motion is too fast for the limits: 1 where it is not.
+    a node. Return the factor by which a motion is too fast for the limits: 1 where it is not.
     """
     m = len(c)
     n = 2 * (m - 2) - 1

@@ -26,7 +26,7 @@ _CLOSE = 1e-15
 
 
 class Stretches(NamedTuple):
-    """The n stretches of a path between nodes, and what bounds accelerations along them."""
+    """The n stretches of a path between nodes, and the bounds of accelerations along them."""
 
     steps: np.ndarray
     """``(n,)``: how long they are, of s."""

@@ -17,22 +17,22 @@ CEILINGS = {
     "msg_adapters": 1.0,
     "scene_graph_ros": 1.0,
     "scene_graph_ros/client": 1.0,
-    "scene_graph_ros/convex": 7.0,
-    "scene_graph_ros/geometry": 6.0,
+    "scene_graph_ros/convex": 2.0,
+    "scene_graph_ros/geometry": 2.0,
     "scene_graph_ros/node": 1.0,
-    "scene_graph_ros/planning": 3.0,
+    "scene_graph_ros/planning": 2.0,
     "scene_graph_ros/replay": 1.0,
-    "scene_graph_ros/robots": 1.5,
+    "scene_graph_ros/robots": 2.0,
     "scene_graph_ros/scene_files": 1.0,
     "scene_graph_ros/sensing": 2.0,
-    "scene_graph_ros/trajectories": 1.0,
+    "scene_graph_ros/trajectories": 2.0,
     "scene_graph_ros/views": 1.0,
     "scene_graph_ros/warmup": 1.0,
 }
-"""Such words in 1000 of docstrings. Two are the aim everywhere."""
+"""Such words in 1000 of docstrings."""
 
-MOST_OPENINGS = 235
-"""Docstrings that open with a verb and such a clause; 30 are the aim."""
+MOST_OPENINGS = 30
+"""Docstrings that open with a verb and such a clause, in all packages."""
 
 
 def _docstrings(package: str) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""What sets answer with: records of supports and of nearest points."""
+"""Answers of sets: records of supports and of nearest points."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Support(NamedTuple):
     """How far a set reaches along a direction: ``value = max direction . x``, at ``point (n,)``.
 
     Infinite where it does not end; ``point`` is then the way that it goes, of any length. ``gap``
-    bounds what the value may be too small by.
+    bounds the value's shortfall.
     """
 
     value: float

@@ -1,4 +1,4 @@
-"""Checks of what callers give: the cleaned array, or an error that names argument and value."""
+"""Checks of arguments: the cleaned array, or an error that names argument and value."""
 
 from __future__ import annotations
 
@@ -122,7 +122,7 @@ def as_whole(value: Any, label: str, least: int = 0, most: int | None = None) ->
 
 
 def as_corners_dimension(value: Any, label: str) -> int:
-    """Return the number of dimensions of what has 2^n corners or faces. Raises ConvexSetError."""
+    """Return the dimension of a set with 2^n corners or faces. Raises ConvexSetError."""
     return as_whole(value, label, 0, _MOST_CORNERS_DIMENSION)
 
 
@@ -137,7 +137,7 @@ def as_generator(value: Any, label: str) -> np.random.Generator:
 
 
 def as_list(value: Any, label: str) -> list[Any]:
-    """Return a list of what can be iterated. Raises ConvexSetError."""
+    """Return an iterable as a list. Raises ConvexSetError."""
     if not isinstance(value, Iterable):
         raise ConvexSetError(f"{label} must be a list, not {quoted(value)}")
     return list(value)

@@ -1,4 +1,4 @@
-"""What ellipsoids answer from their axes and radii."""
+"""Answers of ellipsoids from their axes and radii."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def unit_ball_volume(n: int) -> float:
 def support_of_axes(
     axes: np.ndarray, radii: np.ndarray, center: np.ndarray, d: np.ndarray
 ) -> Support:
-    """Return how far an ellipsoid reaches; axes are columns, radii may be 0 or infinite."""
+    """Return the support of an ellipsoid; axes are columns, radii may be 0 or infinite."""
     along = axes.T @ d
     free = np.isinf(radii)
     if (np.abs(along[free]) > len(d) * EPSILON * np.linalg.norm(d)).any():

@@ -1,4 +1,4 @@
-"""Records of what shows an answer, with a check of them in rational arithmetic."""
+"""Records of certificates, with a check of them in rational arithmetic."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _ZERO = Fraction(0)
 @one_line()
 @dataclass(frozen=True, eq=False)
 class Certificate:
-    """What shows an answer about the sets ``of``.
+    """The proof of an answer about the sets ``of``.
 
     ``exact`` is a vector of fractions, or some of them; ``vector`` the same in floats. It belongs
     to the rows of the sets (`ConvexSet.lift`, joined in one point where there are several):
@@ -61,7 +61,7 @@ class Certificate:
         return np.array(self.exact, dtype=np.float64)
 
     def verify(self, *sets: Any) -> bool:
-        """Tell whether the certificate shows what it is to show of these sets, exactly.
+        """Tell whether the certificate proves its claim about these sets, exactly.
 
         Without sets, of those that the question was asked of.
         """
@@ -128,7 +128,7 @@ class Certificate:
 
 @one_line()
 class Decision(NamedTuple):
-    """An answer and what shows it: ``value, certificate``."""
+    """An answer and its proof: ``value, certificate``."""
 
     value: bool
     certificate: Certificate

@@ -1,7 +1,7 @@
 """Small programs over cones: variables, rows, cones, a linear cost; sets add their own rows.
 
 No modelling layer: variables are whole numbers, constraints are arrays. The program is brought to
-a size of 1 by powers of two before it is solved (`solve.cone_program`), and what comes back is
+a size of 1 by powers of two before it is solved (`solve.cone_program`), and the answer is
 measured against the constraints as they were given.
 """
 
@@ -92,8 +92,8 @@ class ConicSolution:
 
     ``values (n,)``, ``cost`` and ``gap`` are NaN for the latter. ``violation`` is the largest of
     all constraints at the values; ``gap`` by how much the cost may be above the least, as the
-    multipliers have it: what is left of them times rows, and of the cost's slope along the values.
-    ``residual`` is what the solver's equations are off by, relative to the size of the program: of
+    multipliers have it: the remainder of them times rows, and of the cost's slope along the
+    values. ``residual`` is that of the solver's equations, relative to the size of the program: of
     the proof where there are no values. `dual` has multipliers.
     """
 

@@ -17,7 +17,7 @@ __all__ = ["is_bounded", "is_empty"]
 
 
 def is_empty(sets: tuple[Any, ...], question: str) -> Decision:
-    """Decide whether sets have no point in common; what is undecided counts as touching."""
+    """Decide whether sets have no point in common; undecided sets count as touching."""
     if len(sets) == 1:
         found = sets[0].found
     else:
@@ -27,7 +27,7 @@ def is_empty(sets: tuple[Any, ...], question: str) -> Decision:
 
 
 def is_bounded(asked: Any) -> Decision:
-    """Decide whether a set is bounded; one that is empty is. What is undecided counts as not."""
+    """Decide whether a set is bounded; one that is empty is. Undecided sets count as not."""
     lift = shared_point([asked.lifted], asked.ambient_dimension)
     n = asked.ambient_dimension
     proof, cuts, gap = recession_in_cones(lift)
@@ -57,7 +57,7 @@ def is_bounded(asked: Any) -> Decision:
 
 
 def _way_of_points(rows: Rows, n: int) -> Any:
-    """Return a direction of the recession cone that moves points, or what shows there is none.
+    """Return a direction of the recession cone that moves points, or a proof that there is none.
 
     For each coordinate and sign: rows of the cone and ``+-d_k >= 1`` have a point, or weights that
     contradict; scaled, these make ``+-x_k`` of the rows.

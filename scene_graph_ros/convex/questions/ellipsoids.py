@@ -116,7 +116,7 @@ def circumscribed(points: np.ndarray, rank_tol: float, label: str) -> tuple[Extr
     """Return the smallest ellipsoid around points ``(m, n)`` in their affine hull, and its rank.
 
     Directions with singular values below ``rank_tol`` times the largest don't count. All points
-    that span what counts are inside without tolerance.
+    that span the counted ones are inside without tolerance.
     """
     if not len(points):
         raise ConvexSetError(f"{label}: points must have at least one row")

@@ -47,7 +47,7 @@ def inner_point(asked: Any, question: str) -> tuple[np.ndarray, Any]:
 
 
 def support_of_lift(asked: Any, d: np.ndarray) -> Support:
-    """Return how far a set with balls in its lift reaches along d ``(n,)``."""
+    """Return the support along d ``(n,)`` of a set with balls in its lift."""
     lift, n = asked.lifted, asked.ambient_dimension
     inner, cuts = inner_point(asked, "support")
     c = np.zeros(lift.num_variables)
@@ -146,7 +146,7 @@ def check_gaps(asked: Any, points: Any, nearest: Any, distances: Any, gaps: Any)
 
 
 def _size_of(asked: Any) -> float:
-    """Return how wide a bounded set is along the axis where it is widest; 0 of others."""
+    """Return a bounded set's largest width along an axis; 0 of others."""
     if not asked.is_bounded():
         return 0.0
     axes = np.eye(asked.ambient_dimension)
@@ -184,7 +184,7 @@ def _nearest_of_unbounded(asked: Any, p: np.ndarray) -> tuple[float, np.ndarray,
 
 
 def _nearest_of_part(asked: Any, p: np.ndarray) -> tuple[float, np.ndarray, float]:
-    """Return what `nearest_by_support` does of an unbounded set: of what is in a box about p.
+    """Return the answer of `nearest_by_support` for an unbounded set's part in a box about p.
 
     The box is wide enough to hold a point of the set, so also the nearest one.
     """

@@ -1,6 +1,6 @@
 """Points of sets, and of their nonnegative multiples, as constraints of a program over cones.
 
-A set is what its lift leaves of some more variables; a multiple t of it what is left where all
+A set is its lift's part of some more variables; a multiple t of it the part where all
 constants of the lift are multiplied by t. At t = 0 these are the ways in which the set goes on for
 ever (Rockafellar, Convex Analysis, 1970, theorem 8.2).
 """
@@ -25,7 +25,7 @@ __all__ = ["Membership", "add_point_in_nonnegative_scaling", "add_point_in_set"]
 
 @one_line()
 class Membership(NamedTuple):
-    """What was added to a program: further variables ``(e,)``, of any meaning, and constraints."""
+    """The additions to a program: further variables ``(e,)``, of any meaning, and constraints."""
 
     new_variables: np.ndarray
     new_constraints: list[ConicConstraint]

@@ -1,6 +1,6 @@
-"""What floats prove of sets with flat faces, for who asks without a certificate.
+"""Proofs in floats of sets with flat faces, for questions without a certificate.
 
-The kernels bound what rounding may do; where that leaves a question open, the answer here is None,
+The kernels bound rounding; where that leaves a question open, the answer here is None,
 and fractions decide.
 """
 
@@ -78,7 +78,7 @@ def extents_of_rows(A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarra
 def support_of_rows(
     A: np.ndarray, b: np.ndarray, start: np.ndarray, d: np.ndarray
 ) -> Support | None:
-    """Return how far ``A x <= b`` reaches from a point of it, None where that is left open."""
+    """Return the support of ``A x <= b`` from a point of it, None where that is left open."""
     x = np.empty(len(d))
     gap = support_quickly(A, b, start, d, x)
     return None if gap < 0.0 else Support(float(product(d, x)), x, gap)
@@ -142,7 +142,7 @@ def is_contained(asked: Any, other: Any, tol: float) -> bool | None:
 
 
 def rows_that_follow(asked: Any, other: Any, tol: float) -> np.ndarray:
-    """Tell which rows of a polyhedron a set has all its points before: 1, -1, 0 if left open."""
+    """Return for each row of a polyhedron whether it holds on a set: 1, -1, 0 if left open."""
     found = _follow(asked, other, tol, False)
     return np.zeros(len(other.b), dtype=np.int64) if found is None else found
 
@@ -157,7 +157,7 @@ def _follow(asked: Any, other: Any, tol: float, ends_outside: bool) -> np.ndarra
 
 
 def redundant(A: np.ndarray, b: np.ndarray, tol: float) -> np.ndarray | None:
-    """Return which rows ``(m,)`` can be left out, None where that is left open."""
+    """Return a mask ``(m,)`` of redundant rows, None where that is left open."""
     twins = later_twins(A, b) if tol >= 0.0 else {}
     alone = np.delete(np.arange(len(b)), list(twins))
     is_kept = np.zeros(len(alone), dtype=np.bool_)

@@ -20,7 +20,7 @@ _TURN = 2.0 * math.pi
 
 @kernel
 def near_boxes(A, B, is_turning, begins_behind, slack, pairs, turns):
-    """Return how many pairs of boxes may touch, and fill those that there is room for.
+    """Return the number of pairs of boxes that may touch, and fill as many as have room.
 
     ``A (2, a, n)`` and ``B (2, b, n)`` are lower and upper corners, ``pairs (k, 2)`` which ones
     and ``turns (k, n)`` after how many turns of coordinates where ``is_turning (n,)``. Boxes
@@ -54,7 +54,7 @@ def near_boxes(A, B, is_turning, begins_behind, slack, pairs, turns):
 
 @kernel
 def meet_quickly(A, b, firsts, pairs, starts, found):
-    """Fill for each pair ``(k, 2)`` of sets POINT, EMPTY or OPEN, of what they have in common.
+    """Fill for each pair ``(k, 2)`` of sets POINT, EMPTY or OPEN, of their intersection.
 
     Set s is ``A x <= b`` with the rows from ``firsts[s]`` to ``firsts[s + 1]``; ``starts (k, n)``
     are where points are looked for.

@@ -1,4 +1,4 @@
-"""What rows of a polyhedron say in floats: its box, how far points are outside, the nearest."""
+"""Rows of a polyhedron in floats: its box, distances of points, the nearest."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def are_boxed(A: np.ndarray) -> bool:
 
 
 def distances_outside(A: np.ndarray, b: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return how far points ``(p, n)`` are beyond the row that is furthest away, 0 inside.
+    """Return the distances of points ``(p, n)`` beyond the row furthest away, 0 inside.
 
     Infinite where a row without variables has no point.
     """

@@ -178,7 +178,7 @@ def _affine_hull(asked: ConvexSet, tol: float | None) -> tuple[np.ndarray, np.nd
 
 
 def _way_across(asked: ConvexSet, d: np.ndarray) -> tuple[float, np.ndarray]:
-    """Return how wide a set is along a unit vector, and a way between its ends there."""
+    """Return a set's width along a unit vector, and a chord between its ends there."""
     ends = [asked.support(sign * d) for sign in (1.0, -1.0)]
     for end in ends:
         if end.value == np.inf:

@@ -90,7 +90,7 @@ def corners_of(points: np.ndarray) -> np.ndarray:
 
 
 def _are_apart(corners: np.ndarray) -> np.ndarray:
-    """Tell which corners ``(m, n)`` are further than rounding from the hull of the others."""
+    """Return a mask of corners ``(m, n)`` further than rounding from the hull of the others."""
     origin = corners[0]
     local = corners - origin
     most = _SAME_CORNER * float(np.linalg.norm(np.ptp(local, axis=0)))
@@ -130,7 +130,7 @@ def half_spaces_of_vertices(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     """Return unit rows and right sides of the hull of points ``(m, n)``, m > 0.
 
     Two rows for each direction in which the points are flat; faces in one plane are one row. Every
-    right side is where the furthest point is, and further by what rounding may make of it, so that
+    right side is that of the furthest point, and further by its rounding, so that
     all points are inside exactly.
     """
     center, axes, widths = _frame(points)

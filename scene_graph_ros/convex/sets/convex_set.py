@@ -1,4 +1,4 @@
-"""What all convex sets answer, from what each has: rows of a lift, a support, a membership."""
+"""Answers of all convex sets, from each one's parts: rows of a lift, a support, membership."""
 
 from __future__ import annotations
 
@@ -77,31 +77,31 @@ class ConvexSet(abc.ABC):
 
     @abc.abstractmethod
     def lift(self) -> Lift:
-        """Return the rows of which the set is what is left, without rounding."""
+        """Return the rows of the lift of the set, without rounding."""
 
     @functools.cached_property
     def lifted(self) -> Lift:
-        """What `lift` returns, kept."""
+        """The kept answer of `lift`."""
         return self.lift()
 
     @functools.cached_property
     def found(self) -> Found:
-        """A point of the lift, or what shows that there is none, kept."""
+        """A point of the lift, or the proof that there is none, kept."""
         return find_in_cones(shared_point([self.lifted], self._ambient_dimension))
 
     @abc.abstractmethod
     def _outside(self, points: np.ndarray) -> np.ndarray:
-        """Return how far points ``(m, n)`` are outside at least, by the kind's rows; 0 inside."""
+        """Return lower bounds of points' distances ``(m,)``, by the kind's rows; 0 inside."""
 
     def _are_near(self, points: np.ndarray, tol: float) -> np.ndarray:
-        """Tell which points ``(m, n)`` are at most ``tol`` from the set.
+        """Return a mask ``(m,)`` of points ``(m, n)`` at most ``tol`` from the set.
 
         Here for kinds that know the distance itself.
         """
         return self._outside(points) <= tol
 
     def _holds(self, points: np.ndarray) -> np.ndarray:
-        """Tell which points ``(m, n)`` are inside, as floats see it."""
+        """Return a mask ``(m,)`` of points ``(m, n)`` inside, in floats."""
         return self._outside(points) <= 0.0
 
     def clone(self) -> ConvexSet:
@@ -171,7 +171,7 @@ class ConvexSet(abc.ABC):
         return inner_point(self, question)[0]
 
     def _are_near_by_projection(self, points: np.ndarray, tol: float) -> np.ndarray:
-        """Tell which points are at most ``tol`` from the set, by its nearest points."""
+        """Return a mask of points at most ``tol`` from the set, by its nearest points."""
         if self.is_empty():
             return np.zeros(len(points), dtype=np.bool_)
         if tol == np.inf:
@@ -276,7 +276,7 @@ class ConvexSet(abc.ABC):
         return decision.certificate.vector[: self._ambient_dimension]
 
     def support(self, direction: Any) -> Support:
-        """Return how far the set reaches along a direction ``(n,)``, which may have any length.
+        """Return the set's support along a direction ``(n,)``, which may have any length.
 
         Raises ConvexSetError for an empty set.
         """

@@ -127,7 +127,7 @@ class _Points:
         self.count += size
 
     def interval(self, error: float) -> tuple[float, float, float]:
-        """Return bounds that hold but for a probability, and what is between them."""
+        """Return (lower, estimate, upper); the bounds hold but for a probability."""
         box = float(np.prod(self.ub - self.lb))
         low, high = clopper_pearson_interval(self.hits, self.count, error)
         return box * low, box * self.hits / self.count, box * high
@@ -161,7 +161,7 @@ class _Rays:
         self.count += size
 
     def interval(self, error: float) -> tuple[float, float, float]:
-        """Return bounds that hold but for a probability, and what is between them."""
+        """Return (lower, estimate, upper); the bounds hold but for a probability."""
         mean = self.total / self.count
         variance = max(0.0, self.squares / self.count - mean**2) * self.count
         variance /= max(self.count - 1, 1)
@@ -172,11 +172,11 @@ class _Rays:
 
 
 def _furthest(rounded: Any) -> float:
-    """Return how far a polyhedron ``a . y <= 1`` reaches from the origin at most.
+    """Return a bound of a polyhedron's radius ``a . y <= 1`` about the origin.
 
     With weights w of rows and ``-a . y <= h`` for all of them, ``sum w (1 - a.y) (h + a.y) >= 0``
     bounds ``sum w (a.y)^2``. With the largest ellipsoid's weights the squares add up to ``|y|^2``
-    and the rows to nothing (John 1948); what they are off by is in the bound.
+    and the rows to nothing (John 1948); their residuals are in the bound.
     """
     A = rounded.A
     _, _, y = largest_inscribed(A)
@@ -194,7 +194,7 @@ def _furthest(rounded: Any) -> float:
 
 
 def bernstein_interval(variance: float, width: float, count: int, error: float) -> float:
-    """Return how far a mean of numbers in an interval may be from that of ``count`` samples.
+    """Return a bound of a mean's distance from that of ``count`` samples in an interval.
 
     But for a probability ``error``, of both sides together; ``variance`` is that of the samples.
     """

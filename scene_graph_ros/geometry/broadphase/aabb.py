@@ -29,7 +29,7 @@ more than the pairs that the tighter box saves."""
 
 
 class BoxGeometry(NamedTuple):
-    """What decides the boxes and the centres of n rows, beside poses."""
+    """The sizes of the boxes and the centres of n rows, without poses."""
 
     extents: FloatArray
     """From ``extents.extents_of``."""
@@ -58,7 +58,7 @@ def _bound_rows(geometry, X_WG, placed):
 
 
 def box_geometry(table: ShapeTable) -> BoxGeometry:
-    """Return what decides the boxes of a table's rows."""
+    """Return the geometry of the boxes of a table's rows."""
     start, vertices = table.hulls.vertex_start, table.hulls.vertices
     points = [np.empty((0, 3))]
     ranges, count = np.zeros((len(start), 2), np.int64), 0  # the last one is that of no hull

@@ -45,7 +45,7 @@ _WITH_BALL = merging(0, 1, 2, 4 + BALL)
 
 
 class PlacedRows(NamedTuple):
-    """What poses make of the rows of a scene, each (n, CORNER)."""
+    """The placed rows of a scene, each (n, CORNER)."""
 
     lower: NDArray[np.float64]
     upper: NDArray[np.float64]
@@ -54,7 +54,7 @@ class PlacedRows(NamedTuple):
 
 
 def new_placed_rows(n: int) -> PlacedRows:
-    """Return what is written to, all 0."""
+    """Return the arrays to write to, all 0."""
     return PlacedRows(*np.zeros((3, n, CORNER)))
 
 

@@ -83,7 +83,7 @@ def centres_of(table: ShapeTable) -> FloatArray:
 
 @inlined_kernel
 def half_extent(extents, i, x, y, z):
-    """Return how far row i, less its radius, reaches along (x, y, z) in G, times the length."""
+    """Return the support of row i, less its radius, along (x, y, z) in G, times the length."""
     a, b, c = extents[i, 0] * x, extents[i, 1] * y, extents[i, 2] * z
     flat = extents[i, 4] * abs(x) + extents[i, 5] * abs(y) + extents[i, 6] * abs(z)
     return math.sqrt(a * a + b * b + c * c) + flat

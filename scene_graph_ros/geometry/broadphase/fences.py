@@ -55,7 +55,7 @@ def is_inside(lower, upper, fence, i):
 
 @inlined_kernel
 def _grown(low, high, margin):
-    """Grow an interval by a margin, and by what rounding may take from a gap."""
+    """Grow an interval by a margin, and by the rounding of a gap."""
     extra = margin + BOX_ROUNDING * (abs(low) + abs(high) + margin)
     return low - extra, high + extra
 

@@ -67,7 +67,7 @@ def _cell(x, origin, per_cell):
 
 @inlined_kernel
 def _growth(low, high, margin):
-    """Return by how much a side grows: half the margin, and what rounding takes from a gap."""
+    """Return the growth of a side: half the margin, and the rounding of a gap."""
     return 0.5 * margin + BOX_ROUNDING * (abs(low) + abs(high) + margin)
 
 
@@ -144,7 +144,7 @@ def _choose_levels(lower, upper, bounded, margin, level):
 
 @kernel
 def _sort_by_level(level):
-    """Return where each level starts in the bounded rows sorted by level, and these rows."""
+    """Return the start of each level in the bounded rows sorted by level, and these rows."""
     first = np.zeros(LEVELS + 1, np.int64)
     for i in range(len(level)):
         if level[i] >= 0:

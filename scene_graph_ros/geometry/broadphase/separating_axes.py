@@ -1,7 +1,7 @@
 """Throw out candidate pairs that a plane across the line of their centres separates.
 
-Boxes along the world's axes meet more often than what is in them, and this shows most of those
-pairs to be apart, by a formula without a branch. What is left, the exact distance soon finds out.
+Boxes along the world's axes meet more often than their bodies, and this shows most of those
+pairs to be apart, by a formula without a branch. The exact distance decides the others.
 
 Lanes are the coordinates of one vector, and a spare one.
 """
@@ -57,7 +57,7 @@ def _rows(X_WG, i):
 def _are_separated(extents, centres, X_WG, i, j, margin):
     """Tell whether the line of centres shows rows i and j to be more than ``margin`` apart.
 
-    Everything is times the distance of the centres. What is infinite or nan separates nothing.
+    Everything is times the distance of the centres. Infinite and nan entries separate nothing.
     """
     c_X, c_Y = load_four(centres, i * CORNER), load_four(centres, j * CORNER)
     between = c_Y - c_X
@@ -96,7 +96,7 @@ def drop_separated(extents, centres, X_WG, pairs, count, margin):
         X_WG: (n, 4, 4) poses.
         pairs: (k, 2) rows, written to.
         count: at most k.
-        margin: in metres; what is left out is further apart than this.
+        margin: in metres; pairs left out are further apart than this.
 
     """
     kept = 0

@@ -5,7 +5,7 @@ kept in a list. While all boxes stay inside of their fences, the candidates are 
 the pairs of the list. A box that leaves gets a new fence, and its pairs are looked up again; when
 many leave, all pairs are searched anew. Boxes that don't move have no fence but themselves.
 
-The candidates are those that a search of all pairs finds, whatever happened before.
+The candidates are those that a search of all pairs finds, with any history.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ _ROOM = 256
 
 
 class Bodies(NamedTuple):
-    """What decides the candidates, beside poses: n rows."""
+    """The data of candidates, beside poses: n rows."""
 
     geometry: BoxGeometry
     moving: NDArray[np.int64]
@@ -76,7 +76,7 @@ class Bodies(NamedTuple):
 
 
 class _Tracked(NamedTuple):
-    """What is known of the last poses."""
+    """The state of the last poses."""
 
     X_last: NDArray[np.float64]
     """(n, 4, 4)"""
@@ -117,7 +117,7 @@ def _new_lists(length: int, n: int) -> NDArray[np.int64]:
 
 
 def _example() -> tuple[Bodies, _Tracked]:
-    """Return what is known of no rows."""
+    """Return the state of no rows."""
     numbers, rows = np.empty((0, 4)), np.empty(0, np.int64)
     bodies = Bodies(
         BoxGeometry(numbers, np.empty((0, 2), np.int64), numbers, numbers), rows,
@@ -247,7 +247,7 @@ class Tracker:
     """Finds candidates for one margin, in poses that follow each other. One thread at a time."""
 
     def __init__(self, bodies: Bodies, margin: float) -> None:
-        """Take what does not change, and a finite margin >= 0, in metres."""
+        """Take the bodies, and a finite margin >= 0, in metres."""
         self._bodies = bodies
         self._margin = margin
         n = len(bodies.frame)
@@ -262,7 +262,7 @@ class Tracker:
 
     @property
     def counters(self) -> NDArray[np.int64]:
-        """What was done so far, (COUNTERS,)."""
+        """Counts of the work so far, (COUNTERS,)."""
         return self._tracked.state[:COUNTERS].copy()
 
     def find(self, X_WG: NDArray[np.float64], is_close: bool) -> NDArray[np.int64]:
@@ -277,7 +277,7 @@ class Tracker:
         return self._candidates[:count].copy() if count else _NO_PAIRS
 
     def _search(self, X_WG: NDArray[np.float64]) -> None:
-        """Search all pairs, and make the list anew. Who is interrupted leaves it lost."""
+        """Search all pairs, and make the list anew. An interruption leaves it lost."""
         tracked, n = self._tracked, len(self._bodies.frame)
         length = int(tracked.state[_LENGTH])
         tracked.state[_LENGTH] = _LOST

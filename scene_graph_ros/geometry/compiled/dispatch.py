@@ -24,16 +24,16 @@ def by_kind(
 ) -> Callable[[Callable[..., Any]], Any]:
     """Return a decorator that gives a function, of which only the head counts, its body.
 
-    The body calls what the table names for the kinds of the arguments.
+    The body calls the table's function for the kinds of the arguments.
 
     Args:
         compiled: The decorator that compiles the function.
         kinds: An expression of the parameters for each part of the table's keys: ``"core[0]"``.
         table: Kernels by kind (an integer), or by a tuple of kinds where ``kinds`` are several.
-            Each is handed the parameters, and what is ``given``, that it has by name.
-        otherwise: What is called for all other kinds. Without it the table must name all kinds:
+            Each is handed the parameters, and the ``given`` ones, that it has by name.
+        otherwise: The function for all other kinds. Without it the table must name all kinds:
             the kernel that most of them share comes last, without a comparison.
-        given: Kernels of the parameters by name of what they return, for kernels that take it.
+        given: Kernels of the parameters by name of their values, for kernels that take it.
 
     Raises TypeError where a kernel has a parameter that the function has not.
 
@@ -80,7 +80,7 @@ def _taken(kernel: Any) -> list[str]:
 
 
 def _like(written: Any, question: Callable[..., Any]) -> Any:
-    """Give what was written the place and the description of the function it stands for."""
+    """Give the written function the place and the docstring of the one it stands for."""
     written.__doc__ = question.__doc__
     written.__module__ = question.__module__
     written.__code__ = written.__code__.replace(co_firstlineno=question.__code__.co_firstlineno)

@@ -1,6 +1,6 @@
 """Kernels that are called by their address, so that callers are compiled without them.
 
-A call puts the code of what is called into the caller, and optimizes it there once more. For what
+A call puts the code of the callee into the caller, and optimizes it there once more. For code that
 is large and takes long to run, the optimizer gains nothing by that, and each caller takes as long
 to compile as the callee. Called by an address, which it gets with its arguments, it is compiled
 once for all.

@@ -1,8 +1,8 @@
-"""Tell the compiler what hardly ever happens.
+"""Tell the compiler which branches are rare.
 
-Such code is laid aside, so that what is run lies together. Only where it is really rare, once in
-a hundred times or less, is that worth its word: of branches that are taken more often, and of
-some that are not, the hint cost as much as it gained.
+Such code is laid aside, so that the code that runs lies together. Only where it is really rare,
+once in a hundred times or less, is that worth its word: of branches that are taken more often, and
+of some that are not, the hint cost as much as it gained.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ def compiled_type(value: Any) -> Any:
 
 @intrinsic
 def _size(typing_context, described):
-    """Return how many bytes a tuple's arrays take to describe."""
+    """Return the number of bytes that describe a tuple's arrays."""
 
     def lower(context, builder, signature, arguments):
         kind = context.get_value_type(signature.args[0])
@@ -61,7 +61,7 @@ def _write(described, places):
 
 
 def write_down(value: Any) -> Any:
-    """Return where the arrays of a tuple are, (words,) int64: right as long as these live.
+    """Return the addresses of a tuple's arrays, (words,) int64: right as long as these live.
 
     Where nothing is compiled it is the tuple.
     """
@@ -73,9 +73,9 @@ def write_down(value: Any) -> Any:
 
 
 def borrower(kind: Callable[[], Any]) -> Any:
-    """Return what gives a kernel the tuple of a compiled type that was written down.
+    """Return an intrinsic that gives a kernel the tuple of a type that was written down.
 
-    For lean kernels only: what is borrowed is not counted as a reference.
+    For lean kernels only: a borrowed tuple is not counted as a reference.
     """
     if numba_config.DISABLE_JIT:
         return lambda places: places

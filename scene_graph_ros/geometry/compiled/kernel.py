@@ -35,7 +35,7 @@ def _prepare_for_callers(dispatcher: Any, cache: KernelCache) -> None:
     """Have calls from other kernels compiled with `Callees`, for the types of constants.
 
     Numba compiles a callee anew for every literal it is called with; the optimizer propagates
-    constants into what it inlines in any case, so that costs minutes and gains nothing.
+    constants into inlined code in any case, so that costs minutes and gains nothing.
     """
     kept = Kept(has_bitcode, cache.load_callee, cache.save_callee, cache.release)
     callees = dispatcher.callees = Callees(dispatcher, kept)

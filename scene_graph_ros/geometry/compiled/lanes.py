@@ -4,7 +4,7 @@ Lanes are eight or four wide: as the widest registers, and half of that; ``WIDE`
 registers wide. They are written with the operators of numbers, so that functions of tuples of
 numbers (see ``spatial.vectors``) take tuples of lanes as well, and ``root``, ``larger``,
 ``select`` and their like take single numbers. A number beside lanes stands for as many of itself;
-``x[k]`` is the number of lane k. What depends on a condition is computed for all lanes, and
+``x[k]`` is the number of lane k. Both sides of a condition are computed for all lanes, and
 ``select`` picks. A lane never depends on the ones beside it, unless they are reordered. Arithmetic
 is IEEE's, without fusion, as for single numbers. With ``NUMBA_DISABLE_JIT=1`` lanes are numpy's
 arrays.
@@ -94,7 +94,7 @@ def _of_numbers(generate, count):
 
 
 def _llvm(name):
-    """Return what generates a call of LLVM's function of that name, for vectors or numbers."""
+    """Return a generator of calls of LLVM's function of that name, for vectors or numbers."""
 
     def generate(builder, *values):
         kind = values[0].type
@@ -151,7 +151,7 @@ def _repeater(width):
 
 
 def _storer(write, kind, of_array):
-    """Make an intrinsic that writes lanes of a kind; ``write`` takes a builder, what, and where.
+    """Make an intrinsic that writes lanes of a kind; ``write`` takes builder, value and address.
 
     ``of_array`` is the type of the array's elements.
     """
@@ -186,7 +186,7 @@ def _store_bytes(builder, choices, pointer_to):
 
 
 def _shuffled(places):
-    """Return what generates the numbers at these places of two vectors, one after the other."""
+    """Return a generator of the numbers at these indices of two vectors, one after the other."""
     mask = ir.Constant(ir.VectorType(ir.IntType(32), len(places)), list(places))
     return lambda builder, x, y: builder.shuffle_vector(x, y, mask)
 
@@ -249,11 +249,11 @@ if numba_config.DISABLE_JIT:
         return np.where(a < b, a, b)
 
     def reordering(*places):
-        """Return what gives kernels the numbers of lanes in another order."""
+        """Return an intrinsic for the numbers of lanes in another order."""
         return lambda lanes: lanes[list(places)]
 
     def merging(*places):
-        """Return what gives kernels numbers of two lanes, the second's after the first's."""
+        """Return an intrinsic for numbers of two lanes, the second's after the first's."""
         return lambda a, b: np.concatenate([a, b])[list(places)]
 
     def select(choices, a, b):
@@ -349,7 +349,7 @@ else:
         return kind(choices, a, b), lower
 
     def reordering(*places):
-        """Return what gives kernels the numbers of lanes in another order."""
+        """Return a function for the numbers of lanes in another order."""
         shuffled = _shuffled(places)
         lower = lower_of(lambda builder, x: shuffled(builder, x, x))
 
@@ -359,7 +359,7 @@ else:
         return intrinsic(typed)
 
     def merging(*places):
-        """Return what gives kernels numbers of two lanes, the second's after the first's."""
+        """Return a function for numbers of two lanes, the second's after the first's."""
         lower = lower_of(_shuffled(places))
 
         def typed(typing_context, a, b):

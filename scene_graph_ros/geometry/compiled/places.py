@@ -1,4 +1,4 @@
-"""What tells the compiler that a place in an array is not negative."""
+"""A hint to the compiler that an array's index is not negative."""
 
 import numpy as np
 

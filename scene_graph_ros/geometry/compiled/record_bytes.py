@@ -1,4 +1,4 @@
-"""Numbers among bytes, at whatever place, in this machine's byte order.
+"""Numbers among bytes, at any place, in this machine's byte order.
 
 ``data`` are ``bytes``, ``place`` is the first of those to read, which is not checked.
 """
@@ -14,7 +14,7 @@ __all__ = ["number_at", "seconds_at", "word_at"]
 
 
 def _reader(kind, result, widen):
-    """Return what reads ``kind``, bytes of no alignment, and makes ``result`` of it."""
+    """Return an intrinsic that reads ``kind``, unaligned bytes, and makes ``result`` of it."""
 
     def read(typing_context, data, place):
         def lower(context, builder, signature, arguments):

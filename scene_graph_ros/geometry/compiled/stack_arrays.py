@@ -23,7 +23,7 @@ __all__ = ["stack_array"]
 def stack_array(
     shape: tuple[int, ...], kind: Any = np.float64, *, alignment: int | None = None
 ) -> Callable[[], Any]:
-    """Return what gives a kernel an uninitialized array of numbers.
+    """Return an intrinsic for an uninitialized array of numbers.
 
     It begins at a multiple of ``alignment`` bytes, if that is given and something is compiled.
     """

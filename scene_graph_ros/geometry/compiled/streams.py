@@ -30,7 +30,7 @@ else:
 
     @intrinsic
     def numbers_to_line(typing_context, target):
-        """Return how many numbers of a float64 array come before the first line's start."""
+        """Return the count of numbers of a float64 array before the first line's start."""
 
         def lower(context, builder, signature, arguments):
             word = ir.IntType(64)

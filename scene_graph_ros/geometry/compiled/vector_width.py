@@ -1,8 +1,8 @@
 """Let the compiler compute as many numbers in step as the processor's widest registers hold.
 
 For processors that have them, the compiler prefers registers of half the width, which were faster
-in programs with little such code. What does not fit into the registers waits on the stack. That
-begins anywhere, by a whim of the process, and a register that is kept across two lines of the
+in programs with little such code. Values that do not fit into the registers wait on the stack.
+That begins anywhere, by a whim of the process, and a register that is kept across two lines of the
 cache takes twice as long to write and read; so its part of the stack begins with a line.
 """
 

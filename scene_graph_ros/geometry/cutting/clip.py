@@ -3,7 +3,7 @@
 A polygon is ``count`` rows of one of the two halves of a ``polygon_buffer``; its corners run
 counter-clockwise about its normal. Nothing here allocates.
 
-Ties follow from one picture: what cuts, a plane or a level set f = 0, is meant to lie at f = -0,
+Ties follow from one picture: a cutting plane or level set f = 0 is meant to lie at f = -0,
 just on its negative side. So
 
 - a corner of a tetrahedron with f = 0 is on the positive side: of two tetrahedra that share a
@@ -11,9 +11,9 @@ just on its negative side. So
 - a polygon that lies in a face of a tetrahedron counts if the tetrahedron is on the polygon's
   negative side, against its normal, and not if it is on the other.
 
-No part of a surface is counted twice or lost where elements share a face, and what only touches
-a mesh from outside has no contact. A length up to ``slack`` counts as zero, so that rounding
-decides none of this and leaves no slivers.
+No part of a surface is counted twice or lost where elements share a face, and a body that only
+touches a mesh from outside has no contact. A length up to ``slack`` counts as zero, so that
+rounding decides none of this and leaves no slivers.
 """
 
 import numpy as np
@@ -177,7 +177,7 @@ def clip_by_half_space(buffer, side, count, normal, inward, offset, slack, heigh
         heights: (8,) scratch.
 
     Returns:
-        (side, count) of what is kept.
+        (side, count) of the kept polygon.
 
     """
     above, below = 0, 0
@@ -212,7 +212,7 @@ def _face_heights(planes, x, y, z):
 
 @lean_kernel
 def planes_that_cut(polygon, count, normal, planes, slack):
-    """Tell which faces of a tetrahedron cut a polygon, before anything is cut.
+    """Mark the faces of a tetrahedron that cut a polygon, before anything is cut.
 
     Most polygons that are tried lie beyond one of the faces.
 
@@ -260,7 +260,7 @@ def clip_by_tetrahedron(buffer, count, normal, planes, cutting, slack, heights):
         heights: (8,) scratch.
 
     Returns:
-        (side, count): the half of the buffer with what is kept.
+        (side, count): the half of the buffer with the kept polygon.
 
     """
     side = 0

@@ -75,7 +75,7 @@ def half_space_faces(vertices, tetrahedra, is_solid, n, p, slack, resolution):
         n: the half space's outward normal.
         p: a point of its boundary.
         slack: metres: a corner this near the plane is on it.
-        resolution: metres: what is narrower is no face.
+        resolution: metres: narrower polygons are no faces.
 
     """
     rows, count = new_rows(), 0
@@ -158,7 +158,7 @@ def surface_faces(tree, body, tree_B, surface, R, p, slack, resolution):
         R: of G in W.
         p: of G, from the origin.
         slack: metres: a corner this near a plane is on it.
-        resolution: metres: what is narrower is no face.
+        resolution: metres: narrower polygons are no faces.
 
     """
     vertices, tetrahedra, is_solid, element_boxes = body

@@ -131,7 +131,7 @@ def deformable_faces(tree, body_A, tree_B, body_B, shift, slack, resolution):
         body_B: as ``body_A``, from an origin of its own.
         shift: B's origin from A's.
         slack: metres: a corner this near a plane is on it.
-        resolution: metres: what is narrower is no face.
+        resolution: metres: narrower polygons are no faces.
 
     """
     vertices, tetrahedra, is_solid, element_boxes, field, gradients = body_A

@@ -39,7 +39,7 @@ IntArray = NDArray[np.int64]
 
 
 class Body(NamedTuple):
-    """What no configuration changes."""
+    """The data that no configuration changes."""
 
     tetrahedra: IntArray
     """(t, 4)."""
@@ -78,7 +78,7 @@ _bodies: BuildCache[Body] = BuildCache(_CAPACITY)
 
 @derived_of_constant
 def body_of(deformable: Deformable) -> Body:
-    """Return what no configuration changes, built on first use; equal meshes share it."""
+    """Return the data that no configuration changes, built on first use; equal meshes share it."""
     return _bodies.get(deformable.mesh, lambda: _build(deformable.mesh))
 
 

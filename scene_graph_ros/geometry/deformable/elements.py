@@ -46,7 +46,7 @@ def store_plane(planes, k, n, offset):
 
 @lean_kernel
 def clipped(buffer, size, n, planes, slack, heights):
-    """Keep what is inside four planes of a polygon with normal n; return (side, size)."""
+    """Keep the part of a polygon with normal n inside four planes; return (side, size)."""
     cutting = planes_that_cut(buffer[0], size, n, planes, slack)
     if cutting < 0:
         return 0, 0

@@ -56,7 +56,7 @@ def new_rows():
 
 @kernel
 def grown(rows):
-    """Return twice the room, with what there is so far."""
+    """Return twice the room, with the faces so far."""
     more = np.empty((2 * rows.shape[0], rows.shape[1]))
     more[: rows.shape[0]] = rows
     return more

@@ -1,4 +1,4 @@
-"""All geometries with hydroelastic properties as arrays: what the contact kernels read.
+"""All geometries with hydroelastic properties as arrays for the contact kernels.
 
 Each body is built once: geometries with equal shapes and equal properties share it, in one scene
 and between scenes. Positions, normals and gradients are in the geometry's frame G, SI units.
@@ -44,7 +44,7 @@ IntArray = NDArray[np.int64]
 
 
 class BodyKind(enum.IntEnum):
-    """What a geometry is for contact surfaces."""
+    """The kind of a geometry for contact surfaces."""
 
     NONE = 0
     RIGID_SURFACE = 1
@@ -159,7 +159,7 @@ def build_body_table(
 
 
 def _named_body(shape: Shape, values: HydroelasticProperties, name: str) -> Body:
-    """Return the body of a geometry; what is raised names the geometry."""
+    """Return the body of a geometry; errors name the geometry."""
     try:
         return body_of(shape, values)
     except MeshError as error:
@@ -196,7 +196,7 @@ def _packed(
 
 
 def _starts(lengths: Sequence[int]) -> IntArray:
-    """Return where compressed rows of these lengths start, and where the last one ends."""
+    """Return the starts of compressed rows of these lengths, and the end of the last one."""
     return np.concatenate([[0], np.cumsum(np.asarray(lengths, dtype=np.int64))]).astype(np.int64)
 
 

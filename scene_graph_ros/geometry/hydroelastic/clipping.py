@@ -1,6 +1,6 @@
 """Contact polygons of pairs of elements: where they are, before anything is placed in the world.
 
-What is found goes into a ``Work``, which kernels also work in.
+Polygons go into a ``Work``, which kernels also work in.
 """
 
 import math
@@ -66,7 +66,7 @@ BOX, _PLANES = 16, 22
 
 
 class Work(NamedTuple):
-    """Contact polygons so far, and what they are computed in."""
+    """Contact polygons so far, and scratch arrays."""
 
     moved: NDArray[np.float64]
     """(MOVED_WIDTH,) an element that was moved into another frame."""
@@ -197,7 +197,7 @@ def _highest(f):
 
 @inlined_kernel
 def slice_by_level(elements, a, b, moved, slack, polygon):
-    """Cut tetrahedron a where p_A = p_B, and see what b's faces do with the cut. In A.
+    """Cut tetrahedron a where p_A = p_B, and mark the faces of b that cut it. In A.
 
     Most pairs of elements end here.
 
@@ -247,7 +247,7 @@ def add_cut_by_level(elements, a, b, count, cutting, slack, narrow, work):
         elements: as for ``slice_by_level``.
         a: the same.
         b: the same.
-        count: what it returned, with
+        count: its answer, with
         cutting: which is not -1.
         slack: metres.
         narrow: metres.
@@ -280,7 +280,7 @@ def add_cut_by_level(elements, a, b, count, cutting, slack, narrow, work):
 
 @inlined_kernel
 def meet_triangle(elements, planes, a, moved, slack, polygon):
-    """See what the faces of tetrahedron a do with a triangle, in the tetrahedron's frame A.
+    """Mark the faces of tetrahedron a that cut a triangle, in the tetrahedron's frame A.
 
     Args:
         elements: those of the table.
@@ -306,8 +306,8 @@ def meet_triangle(elements, planes, a, moved, slack, polygon):
 def add_triangle(elements, planes, a, cutting, slack, narrow, work):
     """Add the part of a rigid triangle inside tetrahedron a, in A.
 
-    The triangle is in ``moved`` and in the first half of ``buffer``, and ``cutting`` is what
-    ``meet_triangle`` said of it, not -1. The rest is as for ``add_cut_by_level``.
+    The triangle is in ``moved`` and in the first half of ``buffer``, and ``cutting`` is the
+    answer of ``meet_triangle`` about it, not -1. The rest is as for ``add_cut_by_level``.
     """
     moved, buffer = work.moved, work.buffer
     n = (moved[12], moved[13], moved[14])

@@ -143,7 +143,7 @@ class _Scratch:
         )
 
     def begin(self) -> None:
-        """Forget what was found."""
+        """Forget all faces."""
         self.work.counts[:] = 0
 
     def grow(self) -> None:

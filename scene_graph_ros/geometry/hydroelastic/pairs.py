@@ -43,9 +43,9 @@ def volume_and_other(table, body_A, body_B, is_rigid, X_AB, slack, narrow, work)
         body_B: a compliant volume or, if
         is_rigid: a rigid surface.
         X_AB: (R_AB, p_AB).
-        slack: metres, what counts as zero.
-        narrow: metres, what is too narrow to keep.
-        work: what it adds to, see ``clipping``.
+        slack: metres, lengths that count as zero.
+        narrow: metres, widths too narrow to keep.
+        work: the output, see ``clipping``.
 
     """
     (R_AB, p_AB), moved, polygon = X_AB, work.moved, work.buffer[0]

@@ -114,7 +114,7 @@ def pressed(polygon, pressures, count, normal, part, part_pressures):
 
 
 class _Cut(NamedTuple):
-    """What bodies cut out of each other."""
+    """The polygons that bodies cut out of each other."""
 
     margin: NDArray[np.float64]
     """``(n,)`` metres."""
@@ -274,7 +274,7 @@ def _place(cut, triangles, columns, scratch):
 
 @lean_kernel
 def _sizes(surfaces, labels, triangles):
-    """Return how many vertices and faces the surfaces have."""
+    """Return the numbers of vertices and faces of the surfaces."""
     v, f = 0, 0
     for s in range(len(surfaces)):
         for row in range(surfaces[s, BEGIN], surfaces[s, END]):

@@ -69,7 +69,7 @@ def _longest_axis(lower, upper, node):
 
 @kernel
 def _push(stack, depth, node, first, last):
-    """Write what is to be split into a row of the stack."""
+    """Write a range to be split into a row of the stack."""
     stack[depth, 0] = node
     stack[depth, 1] = first
     stack[depth, 2] = last

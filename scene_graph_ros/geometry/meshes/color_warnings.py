@@ -15,7 +15,7 @@ class MeshColorWarning(UserWarning):
 
 
 def warn_of_color(text: str) -> None:
-    """Warn of what a mesh is shown without."""
+    """Warn of the colours that a mesh is shown without."""
     warnings.warn(MeshColorWarning(text), stacklevel=3)
 
 

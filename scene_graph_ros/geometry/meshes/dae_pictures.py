@@ -1,6 +1,6 @@
 """How the addresses of a COLLADA file's pictures come through trimesh, which wants to open them.
 
-trimesh asks a resolver for each picture's file and keeps what Pillow makes of it. It is given a
+trimesh asks a resolver for each picture's file and keeps Pillow's image of it. It is given a
 picture of one pixel that has the address written into it, so that no file is opened here.
 """
 
@@ -15,7 +15,7 @@ _KEY = "address"
 
 
 class AddressResolver:
-    """What trimesh asks for files by their addresses."""
+    """The resolver that trimesh asks for files by their addresses."""
 
     def __init__(self) -> None:
         """Begin without having been asked for any."""

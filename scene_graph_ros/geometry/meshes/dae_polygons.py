@@ -20,7 +20,7 @@ def with_triangles(contents: bytes, name: str, repairs: list[Repair]) -> bytes:
     """Return a COLLADA file with ``triangles`` in place of polygons of more than three corners.
 
     Raises MeshError for polygons with holes, and indices that are not there. The file has passed
-    ``check_promises``, which refuses entities and depth. ``repairs`` gets what was put right.
+    ``check_promises``, which refuses entities and depth. ``repairs`` gets the repairs.
     """
     if b"polylist" not in contents and b"polygons" not in contents:
         return contents

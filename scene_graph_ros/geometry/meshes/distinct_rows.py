@@ -15,7 +15,7 @@ __all__ = ["DistinctRows", "distinct_rows", "used_indices"]
 
 
 class DistinctRows(NamedTuple):
-    """What ``np.unique(..., axis=0)`` returns, of rows without NaN."""
+    """The answer of ``np.unique(..., axis=0)``, of rows without NaN."""
 
     rows: NDArray[Any]
     """(k, c), in ascending order, the first column first."""
@@ -38,7 +38,7 @@ def distinct_rows(rows: NDArray[Any]) -> DistinctRows:
 
 
 def used_indices(indices: NDArray[np.int64], count: int) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Return which of the indices below ``count`` occur, ascending, and all as rows of these."""
+    """Return the indices below ``count`` that occur, ascending, and all as rows of these."""
     is_used = np.zeros(count, dtype=bool)
     is_used[indices] = True
     row = np.cumsum(is_used) - 1

@@ -1,4 +1,4 @@
-"""Points in a volume mesh: which tetrahedron holds each, and with what barycentric coordinates."""
+"""Points in a volume mesh: the tetrahedron that holds each, and barycentric coordinates."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ class Accessors:
     """The accessors of a document, read when asked for; errors name the one that is wrong."""
 
     def __init__(self, tree: dict[str, Any], contents: bytes, file_type: str, name: str) -> None:
-        """Take a document and the file that it is of; ``name`` is what messages call the mesh."""
+        """Take a document and the file that it is of; ``name`` is the mesh's in messages."""
         self._tree, self._name = tree, name
         self._contents, self._file_type = contents, file_type
         self._buffers: dict[int, bytes] = {}

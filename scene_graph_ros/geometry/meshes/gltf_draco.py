@@ -18,7 +18,7 @@ DRACO = "KHR_draco_mesh_compression"
 def decoded_draco(data: bytes, where: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Return the positions (n, 3) and corners (3 m,) of packed triangles.
 
-    Raises MeshError, beginning with ``where``, without DracoPy and for what it can't unpack.
+    Raises MeshError, beginning with ``where``, without DracoPy and for data that it can't unpack.
     """
     if importlib.util.find_spec("DracoPy") is None:
         raise MeshError(f"{where}: {DRACO} takes DracoPy: pip install DracoPy")

@@ -63,7 +63,7 @@ def _length_of_document(contents: bytes) -> int:
 
 
 def data_of(uri: str) -> bytes | None:
-    """Return what a data address holds; None for another address. Raises ValueError."""
+    """Return the bytes of a data address; None for another address. Raises ValueError."""
     if not uri.startswith("data:"):
         return None
     head, _, body = uri.partition(",")
@@ -112,7 +112,7 @@ def path_of_buffer(uri: str, name: str) -> str:
 
 
 def _document_or_none(contents: bytes, file_type: str) -> Any:
-    """Return the document, None of what is no such file, which others refuse."""
+    """Return the document, None of any other file, which others refuse."""
     try:
         return document_of(contents, file_type)
     except (RecursionError, ValueError):

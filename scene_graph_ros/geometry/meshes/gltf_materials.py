@@ -115,7 +115,7 @@ def _image(tree: Any, number: int, inside: bytes) -> tuple[str, bytes | None]:
 
 
 def _placement(transform: dict[str, Any]) -> Placement:
-    """Return where KHR_texture_transform puts a picture.
+    """Return the placement of a picture by KHR_texture_transform.
 
     glTF counts v from above, w = 1 - v: there, scaled coordinates are turned counter-clockwise as
     one sees it, by [[c, s], [-s, c]], and moved. Written in v, upwards, that is the matrix below.

@@ -1,4 +1,4 @@
-"""A glTF file in plain words: what trimesh reads right is all that is left in it.
+"""A plain glTF file: all that is left in it is read right by trimesh.
 
 Positions are floats, primitives triangles (or points) with an index, morph targets and instances
 are carried out, and the whole is turned from +Y up, as glTF has it, to +Z up: (x, y, z) becomes
@@ -44,7 +44,7 @@ def plain_gltf(contents: bytes, file_type: str, name: str) -> bytes:
     Args:
         contents: of a file that has passed ``check_promises``.
         file_type: "gltf" or "glb".
-        name: what messages call the mesh.
+        name: the mesh's name in messages.
 
     Raises:
         MeshError: the document or its data are not as the standard says, or a required extension,
@@ -165,7 +165,7 @@ class _Plain:
         node["children"] = children
 
     def _mesh(self, index: int, weights: tuple[float, ...]) -> int | None:
-        """Return where a mesh is with weights of its morph targets; None for one of lines."""
+        """Return the index of a mesh with weights of morph targets; None for one of lines."""
         mesh = self._tree["meshes"][index]
         weights = weights or tuple(mesh.get("weights", ()))
         key = (index, weights)
@@ -225,7 +225,7 @@ class _Plain:
     def _morphed(
         self, targets: Any, weights: Sequence[float], points: NDArray[np.float64], where: str
     ) -> NDArray[np.float64]:
-        """Return how far morph targets move the points."""
+        """Return the points' displacements by morph targets."""
         offset = np.zeros_like(points)
         for target, weight in zip(targets, weights, strict=False):
             if weight and "POSITION" in target:

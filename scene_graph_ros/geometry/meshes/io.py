@@ -79,7 +79,7 @@ FilesRead = tuple[tuple[Path, FileMark], ...]
 
 
 class ColoredMesh(NamedTuple):
-    """A mesh, and what its own file says of its triangles' look."""
+    """A mesh, and its triangles' look by its own file."""
 
     vertices: np.ndarray
     """(n, 3)."""
@@ -153,16 +153,16 @@ def read_mesh_contents(contents: bytes, file_type: str, *, name: str) -> Triangu
     """Read a mesh from the contents of a file; see ``read_mesh``.
 
     Args:
-        contents: what the file would hold.
+        contents: the file's bytes.
         file_type: its suffix, with or without the dot, in any case.
-        name: what messages call the mesh.
+        name: the mesh's name in messages.
 
     """
     return read_colored_mesh(contents, file_type, name=name)[:2]
 
 
 def read_colored_mesh(contents: bytes, file_type: str, *, name: str) -> ColoredMesh:
-    """Read a mesh as ``read_mesh_contents`` does, with what the file says of its look."""
+    """Read a mesh as ``read_mesh_contents`` does, with its look by the file."""
     file_type = file_type.lower().lstrip(".")
     check_is_there(contents, name)
     repairs: list[Repair] = []
@@ -178,7 +178,7 @@ def read_colored_mesh(contents: bytes, file_type: str, *, name: str) -> ColoredM
 
 
 def checked_mesh(vertices: Any, triangles: Any, name: str) -> Triangulation:
-    """Return copies as float64 and int64, or raise MeshError saying what is wrong."""
+    """Return copies as float64 and int64, or raise MeshError naming the fault."""
     vertices = _copied(vertices, np.float64, f"{name}: vertices")
     triangles = _copied(triangles, np.int64, f"{name}: triangles")
     if not len(vertices):

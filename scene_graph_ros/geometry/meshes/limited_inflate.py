@@ -34,7 +34,7 @@ class _Limited:
         return getattr(self._module, name)
 
     def decompress(self, data: bytes) -> bytes:
-        """Unpack a block. Raises ValueError where it is cut short, or beyond what is left."""
+        """Unpack a block. Raises ValueError where it is cut short, or beyond the limit."""
         left = getattr(_budget, "left", MAX_UNPACKED)
         unpacker = self._make()
         result: bytes = unpacker.decompress(data, left + 1)
@@ -54,7 +54,7 @@ _STAND_INS = {
 
 @contextlib.contextmanager
 def limited_inflate() -> Iterator[None]:
-    """Count what this thread unpacks with meshio inside, from the start."""
+    """Count the bytes that this thread unpacks with meshio inside, from the start."""
     from meshio.vtu import _vtu
 
     for name, stand_in in _STAND_INS.items():

@@ -32,10 +32,10 @@ def obj_faces(
     """Return vertices (n, 3), the corners (c,) of all faces, and triangles of these (m, 3).
 
     The triangles are places among the corners, face after face; the rest of the file is skipped.
-    ``repairs`` gets what was put right.
+    ``repairs`` gets the repairs.
 
-    Raises MeshError with the line for what is no number or no index of a vertex, or more than
-    MAX_CORNERS of either.
+    Raises MeshError with the line for entries that are no number or no index of a vertex, or more
+    than MAX_CORNERS of either.
     """
     coordinates, corners, sizes = array("d"), array("q"), array("q")
     for number, line in enumerate(obj_lines(contents), start=1):

@@ -23,7 +23,7 @@ def parse_off(
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Return vertices (n, 3) and triangles (m, 3); normals, colours and edges are skipped.
 
-    ``repairs`` gets what was put right.
+    ``repairs`` gets the repairs.
 
     Raises:
         MeshError: the file is not OFF in words of three dimensions, ends too early, or a face

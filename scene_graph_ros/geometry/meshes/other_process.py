@@ -28,7 +28,7 @@ def run_library(
 ) -> dict[str, NDArray]:
     """Return the arrays that a program writes to ``result.npz`` of those in ``given.npz``.
 
-    Both are in the folder in which it runs. On stderr ``note`` says what is waited for, where it
+    Both are in the folder in which it runs. On stderr ``note`` names the work, where it
     takes some seconds.
 
     Raises:
@@ -60,7 +60,7 @@ def run_library(
 
 
 def _wait(process: subprocess.Popen[str], patience: float, note: str) -> str:
-    """Return what a process says on stderr. Raises LibraryError where it has no end."""
+    """Return a process's stderr. Raises LibraryError where it has no end."""
     start, pause = time.monotonic(), _FIRST_NOTE
     while True:
         passed = time.monotonic() - start

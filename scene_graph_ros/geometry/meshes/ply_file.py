@@ -53,8 +53,8 @@ def parse_ply(
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64] | None]:
     """Return vertices (n, 3), triangles (m, 3) and their colours (m, 3), 0 to 1, or None.
 
-    A triangle has the colour of its face, or else the mean of its corners'. ``repairs`` gets what
-    was put right.
+    A triangle has the colour of its face, or else the mean of its corners'. ``repairs`` gets the
+    repairs.
 
     Raises:
         MeshError: the file is not PLY, ends too early or is longer than its header says, or a face

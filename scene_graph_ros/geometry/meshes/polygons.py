@@ -2,7 +2,7 @@
 
 A corner on a straight side stays, so that a neighbour that has it too is still a neighbour. A
 polygon may come back to its own corners and sides, as where holes are bridged to the outline. One
-of n corners becomes n - 2 triangles, whatever it is.
+of n corners becomes n - 2 triangles in any case.
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ def _is_spike(points, a, i, c):
 
 @lean_kernel
 def _quality(points, after, before, i, left, slack):
-    """Return how good an ear corner i is: its area by the square of its longest side, or -1.
+    """Return the quality of corner i as an ear: its area by the square of its longest side, or -1.
 
     ``slack`` is relative to that square: of as little a turn it is not known whether it is one.
     The tip of a spike without area, and a corner that is there twice, are the best ears.
@@ -139,7 +139,7 @@ def _is_strictly_convex(points):
 
 @lean_kernel
 def _best_ear(points, after, before, quality, start, left):
-    """Return the corner that is the best ear by what is known, by another look, or with a slack.
+    """Return the corner that is the best ear by known qualities, by another look, or with a slack.
 
     Its quality is negative where there is none.
     """
@@ -160,7 +160,7 @@ def _best_ear(points, after, before, quality, start, left):
 
 @lean_kernel
 def _least_turn(points, after, before, start, left):
-    """Return the corner that turns least: what is left has no area, or crosses itself."""
+    """Return the corner that turns least: the rest has no area, or crosses itself."""
     best, k, least = start, start, np.inf
     for _ in range(left):
         turn = abs(_turn(points, before[k], k, after[k]))
@@ -172,7 +172,7 @@ def _least_turn(points, after, before, start, left):
 
 @lean_kernel
 def _winding(points, x, y):
-    """Return how often a polygon runs around a point, by the sides that cross a ray along x."""
+    """Return a polygon's winding number around a point, by sides that cross a ray along x."""
     number, n = 0, len(points)
     for a in range(n):
         b = (a + 1) % n
@@ -188,7 +188,7 @@ def _winding(points, x, y):
 
 @lean_kernel
 def _winding_at(points, triangle, u, v):
-    """Return how often a polygon runs around a point of a triangle, by two of its weights."""
+    """Return a polygon's winding number around a point of a triangle, by two of its weights."""
     a, b, c = triangle
     x = u * points[a, 0] + v * points[b, 0] + (1.0 - u - v) * points[c, 0]
     y = u * points[a, 1] + v * points[b, 1] + (1.0 - u - v) * points[c, 1]
@@ -271,8 +271,8 @@ def triangles_of_polygons(
         vertices: (v, 3) of any numbers.
         corners: (c,) the vertices of all polygons, one polygon after another.
         sizes: (p,) how many corners each has, three at least.
-        name: what messages call the mesh.
-        repairs: gets one more where polygons cross themselves: what they enclose is a guess.
+        name: the mesh's name in messages.
+        repairs: gets one more where polygons cross themselves: their inside is a guess.
 
     Raises MeshError for a polygon of more than MOST_CORNERS that is not convex.
 

@@ -1,7 +1,7 @@
 """Refuse mesh files that promise more than they hold, or unfold to more than anybody wants.
 
-Parsers take memory for what a header says and follow references as often as they are made, so
-that a small file can cost all memory. What it will come to is counted here first.
+Parsers take memory for a header's numbers and follow references as often as they are made, so
+that a small file can cost all memory. The sum is counted here first.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def check_is_there(contents: bytes, name: str) -> None:
 
 
 def check_promises(contents: bytes, file_type: str, name: str) -> None:
-    """Raise MeshError, naming the file and the count, for what no parser should see."""
+    """Raise MeshError, naming the file and the count, for files that no parser should see."""
     check = _CHECKS.get(file_type)
     if check is not None:
         check(contents, name)

@@ -1,4 +1,4 @@
-"""Colours and pictures of triangles in what trimesh has read: of materials, triangles, corners."""
+"""Colours and pictures of triangles in trimesh's scenes: of materials, triangles, corners."""
 
 from __future__ import annotations
 
@@ -60,8 +60,8 @@ def _of_material(material: Any) -> NDArray[np.float64] | None:
 def scene_pictures(scene: Any, by_name: Mapping[str, FilePicture]) -> FilePictures | None:
     """Return the pictures of the triangles of all bodies in their order; None without any.
 
-    Those of glTF are found ``by_name`` of the material, those of COLLADA by what an
-    AddressResolver gave.
+    Those of glTF are found ``by_name`` of the material, those of COLLADA by the answers of an
+    AddressResolver.
     """
     numbers: dict[FilePicture, int] = {}
     rows = [np.zeros(0, np.int32)]

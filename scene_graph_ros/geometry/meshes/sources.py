@@ -74,7 +74,7 @@ _raw_volumes: BuildCache[tuple[VolumeMesh, FilesRead]] = BuildCache(_CAPACITY)
 
 
 def source_identity(shape: MeshShape) -> Hashable:
-    """Return what tells the shape's hull and surface from others'."""
+    """Return the key of the shape's hull and surface."""
     return (shape.kind, shape.source_key, shape.scale, shape.repair_tolerance, shape.pieces)
 
 
@@ -121,7 +121,7 @@ def file_pictures(shape: MeshShape) -> FilePictures | None:
 
 
 def files_read(shape: MeshShape) -> FilesRead:
-    """Return which files ``load_surface`` has the shape from, its own first; none from memory.
+    """Return the files that ``load_surface`` has the shape from, its own first; none from memory.
 
     Raises MeshError as ``load_surface`` does.
     """
@@ -231,7 +231,7 @@ def surface_of(shape: MeshShape) -> Surface:
 
 
 def _repairs_of_file(shape: MeshShape) -> tuple[Repair, ...]:
-    """Return what reading put right, in G."""
+    """Return the repairs of reading, in G."""
     repairs = _raw.get(shape.source_key, lambda: _read(shape)).repairs
     scale = np.array(shape.scale)
     return tuple(replace(r, point=tuple((scale * r.point).tolist())) for r in repairs)
@@ -250,7 +250,7 @@ def _surface_of_pieces(shape: MeshShape) -> Surface:
 
 
 def report_of(shape: MeshShape) -> MeshReport:
-    """Return what was made of the triangles of a ``Mesh``. Raises MeshError as ``surface_of``.
+    """Return the report on the triangles of a ``Mesh``. Raises MeshError as ``surface_of``.
 
     How far pieces leave the solid is looked for here, which reading does not.
     """
@@ -316,7 +316,7 @@ def _raw_volume(shape: MeshShape) -> tuple[VolumeMesh, FilesRead]:
 
 
 def validate(shape: MeshShape) -> None:
-    """Read the shape and build what queries need of it, so that errors come now.
+    """Read the shape and build the queries' data of it, so that errors come now.
 
     Raises:
         MeshError: the shape can't be used in proximity queries; names source and reason.

@@ -1,4 +1,4 @@
-"""A triangulated surface as data: vertices, triangles and what follows from them."""
+"""A triangulated surface as data: vertices, triangles and derived quantities."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Make a triangle mesh fit for exact queries: what it means as a solid, with pseudonormals.
+"""Make a triangle mesh fit for exact queries: its solid, with pseudonormals.
 
 ``solids.solid_of`` says which triangles are surface. Of these, triangles without area (height
 below DEGENERATE_TRIANGLE of the longest side) close the surface by their edges, but are dropped
@@ -96,7 +96,7 @@ def build_surface(
     Args:
         vertices: (n, 3) finite.
         triangles: (m, 3) indices.
-        name: what messages call the mesh.
+        name: the mesh's name in messages.
         repair_tolerance: relative to the mesh's size.
 
     Raises:
@@ -216,7 +216,7 @@ def _has_hollow_edge(surface: Surface) -> bool:
 
 
 def with_area(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Tell which of (m, 3) triangles have an area; see DEGENERATE_TRIANGLE."""
+    """Return a mask of the (m, 3) triangles with an area; see DEGENERATE_TRIANGLE."""
     doubled_area = np.linalg.norm(_crosses(vertices, triangles), axis=1)
     longest = _side_lengths(vertices, triangles).max(axis=1, initial=0.0)
     return np.asarray(doubled_area > DEGENERATE_TRIANGLE * longest**2)

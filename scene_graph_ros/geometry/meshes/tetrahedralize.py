@@ -52,11 +52,11 @@ def tetrahedralize(surface: Surface, edge: float | None, name: str) -> VolumeMes
     Args:
         surface: of any form.
         edge: metres, about how long edges shall be; by default DEFAULT_EDGE of the diagonal.
-        name: what messages call the mesh.
+        name: the mesh's name in messages.
 
     Raises:
         MeshError: the surface is not closed, the library is not installed, or it found no
-            tetrahedra, or not within PATIENCE; says what to do.
+            tetrahedra, or not within PATIENCE; names a remedy.
 
     """
     if not surface.is_closed:

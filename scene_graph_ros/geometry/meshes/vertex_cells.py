@@ -2,7 +2,7 @@
 
 The cells are squares on the faces of a cube around the origin. A direction on a square is a mean
 of the directions to its four corners, so a vertex further along all four of them than another is
-further along each direction of the cell: the other one need not be looked at there. What is left
+further along each direction of the cell: the other one need not be looked at there. The rest
 are the vertices whose normal cones reach into the cell, and few more.
 """
 

@@ -41,9 +41,9 @@ def parse_volume_mesh(contents: bytes, file_type: str, *, name: str) -> VolumeMe
     """Read a tetrahedral mesh from the contents of a file; see ``load_volume_mesh``.
 
     Args:
-        contents: what the file would hold.
+        contents: the file's bytes.
         file_type: "vtk" or "vtu", with or without a dot, in any case.
-        name: what messages call the mesh.
+        name: the mesh's name in messages.
 
     """
     file_type = file_type.lower().lstrip(".")

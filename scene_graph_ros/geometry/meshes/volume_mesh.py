@@ -1,4 +1,4 @@
-"""A solid as data: vertices, tetrahedra and what follows from them."""
+"""A solid as data: vertices, tetrahedra and derived quantities."""
 
 from __future__ import annotations
 
@@ -249,7 +249,7 @@ def _require_conforming(mesh: VolumeMesh) -> None:
 
 
 def _same_turn(one: IntArray, other: IntArray) -> NDArray[np.bool_]:
-    """Tell where two rows with the same three entries run the same way round."""
+    """Return a mask of pairs of rows, of the same three entries, that run the same way round."""
     turned = np.zeros(len(one), dtype=bool)
     for k in range(3):
         turned |= (one == np.roll(other, k, axis=1)).all(axis=1)

@@ -1,6 +1,6 @@
 """Declaring which pairs of geometries are not to be checked for collision.
 
-Never checked, whatever is declared: geometries on the same frame, and two anchored geometries.
+Never checked, with any declarations: geometries on the same frame, and two anchored geometries.
 Every other pair of geometries with the proximity role is checked until a declaration excludes it.
 """
 
@@ -171,7 +171,7 @@ class CollisionFilterManager:
         return self._owner.change_filters(PairFilter.remove, filter_id)
 
     def flatten(self) -> None:
-        """Make what all transient declarations say persistent; their ids are then none in force.
+        """Make the outcome of all transient declarations persistent; their ids are then inactive.
 
         Pairs are filtered as before, and persistent declarations may be applied again.
         """

@@ -153,7 +153,7 @@ def add_contact_material(
     static_friction: float | None = None,
     dynamic_friction: float | None = None,
 ) -> None:
-    """Add what contact results carry through: dissipation (s/m), stiffness (N/m), friction.
+    """Add the material that contact results carry: dissipation (s/m), stiffness (N/m), friction.
 
     Friction coefficients come together, the static one at least as large as the dynamic one.
     Raises PropertyError otherwise, for values that are negative or not finite, or if one of them

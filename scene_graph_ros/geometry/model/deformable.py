@@ -33,7 +33,7 @@ class Configuration:
 
 
 class Deformable:
-    """What is registered of a deformable geometry beside what every geometry has.
+    """The record of a deformable geometry beside that of every geometry.
 
     It never changes.
     """

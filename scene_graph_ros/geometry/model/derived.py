@@ -1,8 +1,8 @@
 """Values derived from other values: computed when first asked for, and kept while they hold.
 
-A function that derives something says beside its definition what that depends on. It is called
-like any function; whoever changes a model says which parts of it have changed, and what depends
-on none of them is kept: the changed model gets those values in the write that changes it.
+A function that derives something declares its dependences beside its definition. It is called
+like any function; a change of a model names its changed parts, and values that depend
+on none of them are kept: the changed model gets those values in the write that changes it.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class Part(enum.Enum):
 
 
 class _Slot:
-    """The place of one function's values. It says what they depend on.
+    """The place of one function's values. It has their dependences.
 
     A function may read other derived values, but none that depends on more than it says itself:
     its own would go stale with them.
@@ -52,7 +52,7 @@ _computing: set[int] = set()
 
 
 def _check_dependence(slot: _Slot) -> None:
-    """Assert that what this thread computes just now may read the values of a slot."""
+    """Assert that this thread's present computation may read the values of a slot."""
     frame = sys._getframe()
     while frame.f_code is not _computed.__code__:
         if frame.f_back is None:
@@ -67,7 +67,7 @@ def _check_dependence(slot: _Slot) -> None:
 
 
 class DerivedValues:
-    """What was derived of one owner, by slot and further arguments. Any thread may ask."""
+    """The derived values of one owner, by slot and further arguments. Any thread may ask."""
 
     __slots__ = ("_before", "_lock", "_values")
 
@@ -99,7 +99,7 @@ class DerivedValues:
             return self._values[key]
 
     def without(self, changed: Iterable[Part | Role]) -> DerivedValues:
-        """Return what does not depend on what has changed: these values where it is all of them.
+        """Return the values that do not depend on changed parts: all of them where none do.
 
         These stay as they are.
         """
@@ -130,14 +130,14 @@ def _computed(slot: _Slot, arguments: tuple[Any, ...]) -> Any:
 
 
 class _Model(Protocol):
-    """What changes, and says so."""
+    """An owner that changes, and says so."""
 
     @property
     def derived(self) -> DerivedValues: ...
 
 
 class _Constant(Protocol):
-    """What never changes."""
+    """An owner that never changes."""
 
     @property
     def derived_for_good(self) -> DerivedValues: ...
@@ -173,7 +173,7 @@ def derived(
 def renewed(
     part: Part | Role, *parts: Part | Role
 ) -> Callable[[Callable[[M, Value | None], Value]], Callable[[M], Value]]:
-    """Do what ``derived`` does for a function that makes its value out of the one before.
+    """Do the same as ``derived`` for a function that makes its value out of the one before.
 
     It gets the value that was forgotten last, once, or None.
     """

@@ -84,7 +84,7 @@ def _driven_mesh(deformable: Deformable, shape: Mesh | None) -> DrivenMesh:
 
 
 def driven_positions(mesh: DrivenMesh, configuration: Configuration) -> NDArray[np.float64]:
-    """Return where the vertices ``(n, 3)`` of a driven mesh are in W, in m."""
+    """Return the positions ``(n, 3)`` of a driven mesh's vertices in W, in m."""
     return np.einsum("nk,nkj->nj", mesh.weights, configuration.q_WG[mesh.corners])
 
 

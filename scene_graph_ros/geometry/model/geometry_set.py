@@ -29,7 +29,7 @@ class GeometrySet:
         self.add(*ids)
 
     def add(self, *ids: Id | Iterable[Id] | GeometrySet) -> None:
-        """Add ids, iterables of ids, or what sets hold. Raises UnknownIdError for all else."""
+        """Add ids, iterables of ids, or sets. Raises UnknownIdError for all else."""
         item: Any
         for item in ids:
             if isinstance(item, FrameId):

@@ -1,4 +1,4 @@
-"""What a geometry's properties say about contact surfaces, read and checked as a whole."""
+"""A geometry's properties of contact surfaces, read and checked as a whole."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Compliance(enum.Enum):
 
 
 class HydroelasticProperties(NamedTuple):
-    """The hydroelastic properties of one geometry; what does not apply to it is None or 0."""
+    """The hydroelastic properties of one geometry; those that do not apply to it are None or 0."""
 
     is_compliant: bool
     resolution_hint: float | None

@@ -102,7 +102,7 @@ class Identifier:
 
 
 class SourceId(Identifier):
-    """The id of a source: the token with which it changes what it registered."""
+    """The id of a source: the token with which it changes its objects."""
 
     __slots__ = ()
 

@@ -2,7 +2,7 @@
 
 Only geometries that a declaration excluded from something have a slot (a row and a column), so a
 large scene with few filters stays small. Pairs on one frame and pairs of anchored geometries are
-not in here: they never collide, whatever was declared.
+not in here: they never collide, with any declarations.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _ROWS_AT_ONCE = 256
 
 
 class Operation(enum.Enum):
-    """What a statement does with its pairs."""
+    """The operation of a statement on its pairs."""
 
     EXCLUDE = "exclude"
     ALLOW = "allow"

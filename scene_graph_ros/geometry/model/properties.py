@@ -230,7 +230,7 @@ class GeometryProperties:
 class ProximityProperties(GeometryProperties):
     """Properties for collision, distance and contact.
 
-    ``("mesh", "representation")``: what a Mesh means in point contact and distance between
+    ``("mesh", "representation")``: the body of a Mesh in point contact and distance between
     geometries, ``"convex_hull"`` (default) or ``"triangles"``. ``("mesh", "repair_tolerance")``:
     how large gaps of a Mesh are closed, as a part of its size, 1e-6 by default. ``("mesh",
     "solid")``: ``"required"`` refuses a Mesh that is not closed, ``"if_closed"`` (default) not.

@@ -1,4 +1,4 @@
-"""What the model stores about a source, a frame and a geometry: immutable rows."""
+"""The model's records of a source, a frame and a geometry: immutable rows."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def refuse_deformable(record: GeometryRecord, what: str) -> None:
 
 
 def deformable_of(record: GeometryRecord) -> Deformable:
-    """Return what a deformable geometry has. Raises DeformableError for a rigid one."""
+    """Return a deformable geometry's record. Raises DeformableError for a rigid one."""
     if record.deformable is None:
         raise DeformableError(
             f"geometry {record.name!r} ({record.id!r}) is rigid: it has a pose, and neither a"

@@ -1,4 +1,4 @@
-"""What a model knows of a renderer: the layers above say how it renders."""
+"""A model's record of a renderer: the layers above say how it renders."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ __all__ = ["Renderer"]
 
 
 class Renderer(Protocol):
-    """What is kept of a renderer: a value that never changes, shared by all copies of a model."""
+    """The record of a renderer: a value that never changes, shared by all copies of a model."""
 
     @property
     def type_name(self) -> str:

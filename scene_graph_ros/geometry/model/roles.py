@@ -1,4 +1,4 @@
-"""What a geometry is for."""
+"""The roles of a geometry."""
 
 import enum
 from typing import Any
@@ -24,7 +24,7 @@ class Role(enum.Enum):
 
 
 class RoleAssign(enum.Enum):
-    """What assigning a role does with properties that are there already."""
+    """The effect of assigning a role on properties that are there already."""
 
     NEW = 0
     """The geometry must not have the role yet."""

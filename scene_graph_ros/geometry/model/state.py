@@ -117,7 +117,7 @@ class GeometryState:
         return self
 
     def summary(self) -> str:
-        """Return how much there is, for a ``repr``."""
+        """Return the counts of a ``repr``."""
         counts = {
             "source": len(self.source_names) - 1,
             "frame": len(self.frames) - 1,
@@ -238,7 +238,7 @@ class GeometryState:
         return self.geometry(geometry_id).deformable is not None
 
     def driven_mesh(self, geometry_id: GeometryId, role: Role) -> DrivenMesh:
-        """Return what a deformable geometry carries along for a role.
+        """Return the mesh that a deformable geometry carries along for a role.
 
         Raises UnknownIdError, DeformableError for a rigid geometry, and RoleError if it lacks the
         role.
@@ -299,7 +299,7 @@ def _ids_of(role: Role, kind: str) -> Callable[[GeometryState], tuple[GeometryId
 
 
 def _kind_of(record: GeometryRecord) -> str:
-    """Return what places a geometry, beside the pose of its frame."""
+    """Return the kind of a geometry's placement, beside the pose of its frame."""
     if record.deformable is not None:
         return "deformable"
     return "elements" if isinstance(record.shape, ElementShape) else "rigid"

@@ -31,8 +31,8 @@ def contact_apart(pair, v, limit, tolerance, work):
     """Run GJK from v and polish its contact.
 
     Returns (decided by, is overlapping, count, lower, size, contact), with ``count`` rows in the
-    last simplex. ``OPEN``: the cores overlap, or the contact could not be proven, and what is
-    known are the bounds ``lower``, the separation along n, and the contact's distance.
+    last simplex. ``OPEN``: the cores overlap, or the contact could not be proven, and the known
+    values are the bounds ``lower``, the separation along n, and the contact's distance.
     ``SEPARATED``: nothing is known but that ``lower`` exceeds the ``limit``. The contact's error
     is the gap of the bounds.
     """

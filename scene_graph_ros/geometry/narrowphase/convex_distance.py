@@ -38,7 +38,7 @@ def new_workspace() -> Workspace:
 
 @lean_kernel
 def _finish(pair, distance, a, b, n, unique, gap, decided_by):
-    """Add the radii, and split what rounding left of a - b = distance n between a and b."""
+    """Add the radii, and split the rounding error of a - b = distance n between a and b."""
     radius_A, radius_B = pair.core_A[2], pair.core_B[2]
     rest = subtract(axpy(-distance, n, a), b)
     p_ACa = axpy(-radius_A, n, axpy(-0.5, rest, a))
@@ -55,7 +55,7 @@ def _far(pair, lower, n):
 
 @lean_kernel
 def _in_full(pair, limit, tolerance, work):
-    """Return what ``convex_distance`` does by GJK, and by EPA where they overlap."""
+    """Return the answer of ``convex_distance`` by GJK, and by EPA where they overlap."""
     v = scale(-1.0, pair.p)
     if not dot(v, v) > 0.0:
         v = (1.0, 0.0, 0.0)
@@ -81,7 +81,7 @@ def _in_full(pair, limit, tolerance, work):
 
 @merged_kernel
 def _lifted_or_in_full(lifted, pair, limit, tolerance, work):
-    """Return what ``convex_distance`` does, given what ``lifted_contact`` found."""
+    """Return the answer of ``convex_distance``, given that of ``lifted_contact``."""
     decided_by, distance, a, b, n, gap = lifted
     if decided_by == _SEPARATED:
         return _far(pair, distance, n)
@@ -109,9 +109,9 @@ def convex_distance(core_A, core_B, R_AB, p_AB, hulls, max_distance, tolerance):
 
     Positions are in A's frame, from its origin (m). ``gap`` is the difference of the upper and
     the lower bound of the distance; the answer is taken as soon as it is at most ``tolerance``
-    (m) and the sign is certain, or polished to rounding with 0. What ``lifted_contact`` proves is
+    (m) and the sign is certain, or polished to rounding with 0. An answer of ``lifted_contact`` is
     always exact: it takes no longer than a looser answer. A ``phi`` beyond ``max_distance`` is
-    only a lower bound, and comes without witnesses. What decided it is a ``Mechanism``.
+    only a lower bound, and comes without witnesses. The deciding algorithm is a ``Mechanism``.
     """
     work = Workspace(np.empty((ROWS, 9)), np.empty((FIRST_FACE, 2), np.int64), np.empty(4))
     pair = Pair(core_A, core_B, R_AB, p_AB, hulls)

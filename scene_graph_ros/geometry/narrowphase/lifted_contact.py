@@ -141,7 +141,7 @@ def _try(pair, n, best):
 
 @inlined_kernel
 def _try_planes(pair, distance, n):
-    """Return the larger of the known separation and those across A's planes, and along what."""
+    """Return the largest of the known separation and those across A's planes, and its normal."""
     for first in range(0, plane_count(pair.core_A, pair.hulls), LANES):
         out, offset = lane_planes(pair.core_A, pair.hulls, first)
         d = rotate_inverse(pair.R, scale(-1.0, out))
@@ -253,7 +253,7 @@ def _searched(pair, n, distance, work):
 
 @inlined_kernel
 def _others(pair, a, b, n, depth, size, S):
-    """Return (verdict, m) as ``cover`` does for a stationary depth, and by what."""
+    """Return (verdict, m) as ``cover`` does for a stationary depth, and the mechanism."""
     core_A, core_B, hulls = pair.core_A, pair.core_B, pair.hulls
     if is_least_depth(pair, a, b, n, depth, size):
         return NONE_LESS, n, _INNER_BALL
@@ -333,9 +333,9 @@ def _apart_polytopes(pair, limit, first, work):
 def lifted_contact(pair, limit, work):
     """Return (decided by, distance, a, b, n, error) of two cores, where that is soon proven.
 
-    What decided is a ``Mechanism``. ``SEPARATED``: the cores are ``distance`` > ``limit`` apart
-    along n, or more in other directions. ``OPEN``: no more is known than before. Any other: the
-    distance is exact to ``error`` (m) and the normal unique.
+    The deciding algorithm is a ``Mechanism``. ``SEPARATED``: the cores are ``distance`` >
+    ``limit`` apart along n, or more in other directions. ``OPEN``: no more is known than before.
+    Any other: the distance is exact to ``error`` (m) and the normal unique.
     """
     core_A, core_B, hulls = pair.core_A, pair.core_B, pair.hulls
     a = b = (0.0, 0.0, 0.0)

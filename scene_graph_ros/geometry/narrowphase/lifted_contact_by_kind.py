@@ -1,8 +1,8 @@
 """``lifted_contact`` compiled for each pair of kinds of cores, since most of its time is choice.
 
-With the kinds known, what a core's support point, features and curvatures are is known when the
-code is compiled, and all of it is merged into one function: that takes a third of the time of
-calls which find out again and again what they have to do.
+With the kinds known, the code of a core's support point, features and curvatures are is known when
+the code is compiled, and all of it is merged into one function: that takes a third of the time of
+calls which find out again and again about kinds.
 """
 
 from typing import Any
@@ -65,4 +65,4 @@ def _untried(pair, limit, work):
     otherwise=_untried,
 )
 def lifted_contact_by_kind(pair, limit, work):
-    """Return what ``lifted_contact`` does for kinds in order, ``OPEN`` for others."""
+    """Return the answer of ``lifted_contact`` for kinds in order, ``OPEN`` for others."""

@@ -1,4 +1,4 @@
-"""What decides a pair: the names of the mechanisms that ``docs/narrowphase.md`` explains."""
+"""The mechanisms that decide pairs, by the names that ``docs/narrowphase.md`` explains."""
 
 import enum
 
@@ -6,7 +6,7 @@ __all__ = ["Mechanism"]
 
 
 class Mechanism(enum.IntEnum):
-    """What decided a signed distance. Kernels hand the numbers on, results the members."""
+    """The algorithm that decided a distance. Kernels hand the numbers on, results the members."""
 
     OPEN = 0
     """Nothing proved it; ``gap`` says how far apart the bounds are."""

@@ -71,7 +71,7 @@ def _witnesses(pair, n, depth, size, work):
     """Return (rest, a, b): the witnesses of a depth whose direction n is known, and their misfit.
 
     Moved along n until they are well apart, the cores have the same witnesses and normal, but
-    their distance fixes them: what touches has many nearly equal ones.
+    their distance fixes them: touching cores have many nearly equal ones.
     """
     core_A, core_B, R, p, hulls = pair
     shift = depth + LIFT * size
@@ -87,8 +87,8 @@ def _witnesses(pair, n, depth, size, work):
 def near_contact(pair, tolerance, count, work, size, known):
     """Return (distance, a, b, n, unique, gap, decided by) of cores that overlap or nearly touch.
 
-    Rounding may stop GJK early there; EPA works on both sides of contact. ``known`` is what
-    ``contact_apart`` found: (is overlapping, separation along n, contact).
+    Rounding may stop GJK early there; EPA works on both sides of contact. ``known`` is the
+    answer of ``contact_apart``: (is overlapping, separation along n, contact).
     """
     is_overlapping, lower, apart = known
     depth, q_A, q_B, m, unique, error, decided_by = _overlap(pair, tolerance, count, work)

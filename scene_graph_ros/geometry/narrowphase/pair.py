@@ -1,4 +1,4 @@
-"""What the algorithms of the narrow phase hand around: placed cores, simplices and contacts.
+"""The values that the narrow phase hands around: placed cores, simplices and contacts.
 
 All of a pair is in the frame of its first core, which is at the identity there. Points and vectors
 are tuples of three numbers (m), rotations tuples of nine, row by row.
@@ -37,7 +37,7 @@ B_SIDE = 6
 
 
 class Placed(NamedTuple):
-    """A core at the pose (R, p); see ``cores.kinds`` for what a core is."""
+    """A core at the pose (R, p); see ``cores.kinds`` for the kinds of cores."""
 
     core: Any
     R: Any

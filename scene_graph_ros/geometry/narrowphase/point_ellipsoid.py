@@ -93,7 +93,7 @@ def is_tight(low, high):
 
 @inlined_kernel
 def first_sigma(c, d, low, high):
-    """Return where Newton's steps begin."""
+    """Return the start of Newton's method."""
     # From below they are monotone, from above the first one leads below.
     far = high - (c[0] * c[0] * d[0] + c[1] * c[1] * d[1]) / (high * high)
     return larger(low, far)
@@ -134,7 +134,7 @@ def halley_step(c, d, sigma):
 
 @inlined_kernel
 def is_halley_done(step, sigma):
-    """Tell whether after this step to sigma what is left is rounding."""
+    """Tell whether after this step to sigma only rounding is left."""
     return magnitude(step) <= _LAST_HALLEY_STEP * sigma
 
 
@@ -253,7 +253,7 @@ def set_up(axes, p_GQ):
 
 @inlined_kernel
 def _place(axes, p_GQ, t, q, unique):
-    """Return (phi, p_GN, grad_G, unique), given what ``_nearest_sorted`` returns."""
+    """Return (phi, p_GN, grad_G, unique), given the answer of ``_nearest_sorted``."""
     i, j, k, e, _, _, r = axes
     # 1 / |q| to rounding, as q is a unit vector but for rounding.
     shrink = 1.5 - 0.5 * (q[0] * q[0] + q[1] * q[1] + q[2] * q[2])
@@ -274,7 +274,7 @@ def _place(axes, p_GQ, t, q, unique):
 
 @inlined_kernel
 def place_plain(axes, p_GQ, c, sigma):
-    """Return (phi, p_GN, grad_G, unique), given what ``set_up`` and ``_solve`` return."""
+    """Return (phi, p_GN, grad_G, unique), given the answers of ``set_up`` and ``_solve``."""
     _, _, _, e, d, _, _ = axes
     wa, wb, wg = _inverses(d, sigma)
     q = (c[0] * wa, c[1] * wb, c[2] * wg)

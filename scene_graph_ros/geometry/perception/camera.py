@@ -159,7 +159,7 @@ class DepthRange:
 @one_line()
 @dataclass(frozen=True, slots=True, eq=False)
 class RenderCameraCore:
-    """What all cameras have: the name of a renderer, pixels, clipping and the sensor's pose.
+    """The common part of cameras: a renderer's name, pixels, clipping and the sensor's pose.
 
     ``X_BS`` ``(4, 4)`` is the pose of the sensor S on the camera's body B, which queries place.
     Raises QueryArgumentError, and InvalidPoseError for a pose that is not rigid and finite.

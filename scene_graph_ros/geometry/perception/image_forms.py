@@ -1,7 +1,7 @@
 """Images in the forms that others read: metres by REP-117, millimetres, colours without alpha.
 
 REP-118 says how depth images are encoded: 32-bit floats in metres, or 16-bit whole millimetres
-with 0 for no depth. REP-117 says what floats without a distance mean: minus infinity is too near,
+with 0 for no depth. REP-117 defines floats without a distance: minus infinity is too near,
 plus infinity too far.
 """
 
@@ -107,7 +107,7 @@ def points(
     color: NDArray[np.uint8],
     label: NDArray[np.int16],
 ) -> NDArray[Any]:
-    """Return what the pixels of the core's images see as ``(h, w)`` records of type ``POINT``.
+    """Return the points of the core's images as ``(h, w)`` records of type ``POINT``.
 
     A point is in the camera's optical frame, and NaN where there is no depth.
     """

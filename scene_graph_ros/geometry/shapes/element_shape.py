@@ -10,7 +10,7 @@ __all__ = ["ElementKind", "ElementShape"]
 
 
 class ElementKind(enum.IntEnum):
-    """What the elements of a shape are. The pairs that `ShapeKind` names know none of them."""
+    """The kind of a shape's elements. The pairs that `ShapeKind` names know none of them."""
 
     POINT_CLOUD = 100
     """Balls around points."""

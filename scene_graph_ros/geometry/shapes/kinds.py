@@ -6,7 +6,7 @@ __all__ = ["ShapeKind"]
 
 
 class ShapeKind(enum.IntEnum):
-    """What a shape is. Pairs are computed with ``kind_A <= kind_B`` and swapped back after."""
+    """The kind of a shape. Pairs are computed with ``kind_A <= kind_B`` and swapped back after."""
 
     SPHERE = 0
     CAPSULE = 1

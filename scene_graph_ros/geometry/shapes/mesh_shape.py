@@ -1,4 +1,4 @@
-"""What Convex and Mesh share: where their data comes from, and their scale.
+"""The common part of Convex and Mesh: the source of their data, and their scale.
 
 The data is one of: a file, the content of a file held in memory, or arrays. It is looked at here
 only as far as it needs no parser; the mesh layer reads it when a geometry is registered for

@@ -1,4 +1,4 @@
-"""What all shapes have in common, and the checks of their parameters."""
+"""The common part of all shapes, and the checks of their parameters."""
 
 from __future__ import annotations
 

@@ -65,11 +65,11 @@ _C12, _C14, _C16, _C18 = (
 
 @inlined_kernel
 def _series(angle):
-    """Return the sine and cosine of what is left of an angle, and how many quarters that is off.
+    """Return the sine and cosine of an angle's remainder, and the number of quarter turns.
 
     Of one angle, or of one in each lane. Quarter turns are taken off in three parts (Cody and
-    Waite, *Software Manual for the Elementary Functions*, 1980); what is left is at most an eighth
-    of a turn, for which Taylor's series need eight terms.
+    Waite, *Software Manual for the Elementary Functions*, 1980); the remainder is at most an
+    eighth of a turn, for which Taylor's series need eight terms.
     """
     turns = (angle * _TURNS + _TO_WHOLE) - _TO_WHOLE
     x = ((angle - turns * _TURN_1) - turns * _TURN_2) - turns * _TURN_3
@@ -166,9 +166,9 @@ _A3, _A5, _A7, _A9, _A11, _A13 = (
 
 @lean_kernel
 def _arc_below(near, far):
-    """Return the arc of the tangent near / far, at most 1, as a float and what that is off.
+    """Return the arc of the tangent near / far, at most 1, as a float and its error.
 
-    The tangent of what is left beside the nearest of 17 known arcs is at most 1/30, for which the
+    The tangent of the difference to the nearest of 17 known arcs is at most 1/30, for which the
     series needs seven terms.
     """
     if not near <= far:
@@ -235,7 +235,7 @@ _ROOT_OF_HALF = 0.7071067811865476
 def binary_logarithm(x):
     """Return the logarithm to base 2 of a positive number, to 2e-16 of the larger of it and 1.
 
-    By the series of the inverse hyperbolic tangent of what is left beside a power of two, which is
+    By the series of the inverse hyperbolic tangent of the quotient by a power of two, which is
     at most 1/5.8.
     """
     fraction, exponent = math.frexp(x)

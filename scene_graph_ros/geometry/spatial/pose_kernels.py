@@ -68,7 +68,7 @@ def _determinant(X, i):
 
 @lean_kernel
 def _pose_status(X, i):
-    """Tell what is wrong with row i: one of the status constants of this module."""
+    """Return the fault of row i: one of the status constants of this module."""
     for row in range(4):
         for column in range(4):
             if not math.isfinite(X[i, row, column]):

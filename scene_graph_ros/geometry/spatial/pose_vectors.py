@@ -102,7 +102,7 @@ def remember_pose(X, i, known, k):
 
 @inlined_kernel
 def pose_defects(X, i):
-    """Return what there is against ``X[i]``: ROUGH, INVALID, both or 0."""
+    """Return the faults of ``X[i]``: ROUGH, INVALID, both or 0."""
     x, y, z = _load_rows(X, i)
     y_ahead, z_ahead = _ahead(y), _ahead(z)
     # The squares of the columns, the last being the place, and the products of two of the others.

@@ -1,4 +1,4 @@
-"""The border for poses: whatever comes in leaves as a rigid, contiguous ``float64`` array.
+"""The border for poses: all input leaves as a rigid, contiguous ``float64`` array.
 
 ``X_AB`` is the pose of frame B measured and expressed in frame A: ``p_AQ = X_AB @ p_BQ``.
 Quaternions are in ROS order (x, y, z, w), angles in radians, lengths in metres.
@@ -66,7 +66,7 @@ def _row_name(name: str, row: int, rows: int) -> str:
 
 
 def refuse_pose(name: str, status: int, value: Any) -> InvalidPoseError:
-    """Return the error that names a pose, what is wrong with it, and its value."""
+    """Return the error that names a pose, its fault, and its value."""
     return InvalidPoseError(f"pose {name} {_REASONS[status]}: {_quote(value)}")
 
 

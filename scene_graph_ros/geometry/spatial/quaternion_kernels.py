@@ -17,7 +17,7 @@ __all__ = [
 
 @lean_kernel
 def judge(p0, p1, p2, x, y, z, w):
-    """Tell what is wrong with a position and a quaternion: a status of `pose_kernels`."""
+    """Return the fault of a position and a quaternion: a status of `pose_kernels`."""
     norm = math.sqrt(x * x + y * y + z * z + w * w)
     if (
         abs(norm - 1.0) <= QUATERNION_NORM_DEFECT

@@ -31,7 +31,7 @@ _NUMBER_SIZE = 8
 
 @lean_kernel
 def judge_time(time, newest, earliest, latest):
-    """Tell what is wrong with a time, such as EARLY; it is not to be before ``newest``."""
+    """Return the fault of a time, such as EARLY; it is not to be before ``newest``."""
     if time < earliest:
         return EARLY
     if time > latest:
@@ -41,9 +41,9 @@ def judge_time(time, newest, earliest, latest):
 
 @lean_kernel
 def judge_times(times, rows, newest, limits, statuses):
-    """Judge the time of each record, of which ``newest[rows[i]]`` is what it would replace.
+    """Judge the time of each record, of which ``newest[rows[i]]`` is the time before.
 
-    Times of 0 become the first of ``limits``, which are those of `place_records`; what belongs to
+    Times of 0 become the first of ``limits``, which are those of `place_records`; a record of
     no row, below 0, has IN_TIME. ``times``, ``rows`` and ``statuses`` are ``(n,)``. Returns how
     many are not in time.
     """
@@ -99,9 +99,9 @@ def place_records(data, numbers, times, limits, rows, X, newest):
 
     ``data`` are ``bytes``. Record i has position and quaternion, seven numbers, at ``numbers[i]``,
     and belongs to row ``rows[i]``. At ``times`` are seconds and nanoseconds, 4 bytes each: of each
-    record, or one for all. ``limits`` are what stands for a time of 0, the earliest and the latest
-    time that is right, in nanoseconds; no record may be earlier than the newest of its row. All
-    places must be right. Returns whether there is nothing against any record; else nothing was
+    record, or one for all. ``limits`` are the substitute of a time of 0, the earliest and the
+    latest time that is right, in nanoseconds; no record may be earlier than the newest of its row.
+    All places must be right. Returns whether there is nothing against any record; else nothing was
     written.
     """
     if not are_valid(data, numbers):

@@ -1,7 +1,7 @@
 """Products, lengths and small systems in one order of sums.
 
 A library of linear algebra has an order for each processor, and the last bits of its results
-depend on that. What a query, a shape or a robot is made of goes through these instead.
+depend on that. Sums of queries, shapes and robots go through these instead.
 """
 
 from __future__ import annotations

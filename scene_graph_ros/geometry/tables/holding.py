@@ -17,7 +17,7 @@ class Holding:
     """How tuples of one type are held."""
 
     def __init__(self, name: str, example: Callable[[], Any]) -> None:
-        """Take the tuples' name for messages, and what makes one, however small."""
+        """Take the tuples' name for messages, and a factory of one of any size."""
         self._name = name
         self._kind = functools.cache(lambda: compiled_type(example()))
         self._laid_out: set[Any] = set()
@@ -25,7 +25,7 @@ class Holding:
         """Returns, in a lean kernel, the tuple whose places it is given."""
 
     def places(self, value: Any) -> Any:
-        """Return where the arrays of a tuple are: right as long as the tuple lives.
+        """Return the addresses of a tuple's arrays: right as long as the tuple lives.
 
         Raises:
             TypeError: an array has another type, order or number of axes, or is read-only.

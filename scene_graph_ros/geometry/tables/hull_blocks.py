@@ -6,12 +6,12 @@ Then come its vertices, in groups of GROUP: their x, their y, their z (m), and w
 of each are listed; the last vertex fills up the last group. A vertex' place is that of its x. A
 list is its length, then where in the array the neighbors are. Faces are in groups of GROUP, too:
 the x, y and z of their unit outward normals, their planes' offsets (m), and where their corners
-are listed, counter-clockwise seen from outside; a face's place is that of its normal's x. What
-fills up the last group has the offset inf. The edges begin with their count; each is where one of
-its ends is, which two of the block's faces share it, and where its other end is. They are there
-for solid hulls of up to SCAN_LIMIT vertices; others have the count 0. For each cell there is where
-its groups start and how many there are, then come these: of the vertices that may lie furthest
-along a direction of the cell, the coordinates as above, and their places. Hulls of up to
+are listed, counter-clockwise seen from outside; a face's place is that of its normal's x. Entries
+that fill up the last group have the offset inf. The edges begin with their count; each is where
+one of its ends is, which two of the block's faces share it, and where its other end is. They are
+there for solid hulls of up to SCAN_LIMIT vertices; others have the count 0. For each cell there is
+where its groups start and how many there are, then come these: of the vertices that may lie
+furthest along a direction of the cell, the coordinates as above, and their places. Hulls of up to
 CELL_LIMIT vertices have none. Places are indices of the whole array, as floats.
 """
 
@@ -65,7 +65,7 @@ SCAN_LIMIT = 32
 def _lists(
     rows: Sequence[NDArray[np.int64]], at: int, start: int
 ) -> tuple[NDArray[np.int64], NDArray[np.float64], int]:
-    """Return where each list of vertices is, all lists from ``at`` on, and where they end."""
+    """Return the start of each list of vertices, all from ``at`` on, and their end."""
     lengths = np.array([len(row) for row in rows], dtype=np.int64)
     ends = np.cumsum(lengths + 1)
     begins = ends - lengths - 1
@@ -164,7 +164,7 @@ def pack_blocks(
 
 @inlined_kernel
 def face_place(blocks, start, number):
-    """Return where the face with a number is, of the block at ``start``."""
+    """Return the index of the face with a number, of the block at ``start``."""
     return int(blocks[start + 2]) + PLANE_STRIDE * (number // GROUP) + number % GROUP
 
 
@@ -182,7 +182,7 @@ def offset_of_face(blocks, place):
 
 @inlined_kernel
 def corners_of_face(blocks, place):
-    """Return where the list of the corners of the face at a place is."""
+    """Return the index of the list of corners of the face at an index."""
     return int(blocks[place + 4 * GROUP])
 
 
@@ -220,7 +220,7 @@ def edge_range(blocks, start):
 
 @inlined_kernel
 def vertex_place(start, number):
-    """Return where the vertex with a number is in the block at ``start``."""
+    """Return the index of the vertex with a number in the block at ``start``."""
     return start + HEADER + STRIDE * (number // GROUP) + number % GROUP
 
 
@@ -239,20 +239,20 @@ def vertex(blocks, place):
 
 @inlined_kernel
 def list_of_neighbors(blocks, place):
-    """Return where the list of the neighbors of the vertex at a place is."""
+    """Return the index of the list of neighbors of the vertex at an index."""
     return int(blocks[place + 3 * GROUP])
 
 
 @lean_kernel
 def likely_vertex(blocks, start, p):
-    """Return where a vertex of a block is that is probably the nearest to p, outside of it."""
+    """Return the index of a block's vertex that is probably the nearest to p, outside of it."""
     v = vertex(blocks, start + HEADER)
     return furthest_vertex(blocks, start, (p[0] - v[0], p[1] - v[1], p[2] - v[2]))
 
 
 @lean_kernel
 def furthest_vertex(blocks, start, d):
-    """Return where the vertex of a block is that lies furthest along d, the first of several.
+    """Return the index of a block's vertex that lies furthest along d, the first of several.
 
     Of a hull with cells only the vertices of the cell of d are looked at.
     """

@@ -1,8 +1,8 @@
 """Which of many planes a point is highest above, eight of them in step.
 
 Planes come in groups of GROUP: the x, then the y, then the z of their unit normals, their offsets,
-then GROUP numbers that are not looked at. What fills up the last group has the offset inf and the
-normal of the plane before it.
+then GROUP numbers that are not looked at. Those that fill up the last group have the offset inf
+and the normal of the plane before it.
 """
 
 import math

@@ -42,7 +42,7 @@ _RUN = 64
 
 
 class PointTree(NamedTuple):
-    """What kernels read of n points."""
+    """The kernels' tree of n points."""
 
     points: np.ndarray
     """``(leaves, 3, LANES)`` m, in G. The last leaf is filled up with its last point."""

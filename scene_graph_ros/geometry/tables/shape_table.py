@@ -1,4 +1,4 @@
-"""Build the table of a scene's shapes, which kernels read: ``table_arrays`` says what is in it."""
+"""Build the table of a scene's shapes, which kernels read: ``table_arrays`` has its arrays."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -92,7 +92,7 @@ def build_shape_table(shapes: Sequence[Shape], exact: Sequence[bool]) -> ShapeTa
 
 
 def _starts(lengths: Sequence[int]) -> np.ndarray:
-    """Return where compressed rows of these lengths start, and where the last one ends."""
+    """Return the starts of compressed rows of these lengths, and the end of the last one."""
     return np.concatenate([[0], np.cumsum(np.asarray(lengths, dtype=np.int64))]).astype(np.int64)
 
 

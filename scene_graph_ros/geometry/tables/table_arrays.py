@@ -1,4 +1,4 @@
-"""All shapes of a scene as arrays: what kernels read instead of Python objects.
+"""All shapes of a scene as arrays, which kernels read instead of Python objects.
 
 Row i of a ``ShapeTable`` describes shape i in its own frame G. Hulls and triangle surfaces are
 shared: two rows with the same source and scale hold the same index. Every array is C-contiguous

@@ -44,7 +44,7 @@ half_ahead, quarter_ahead = [
 
 @inlined_kernel
 def along_group(blocks, at, axes):
-    """Return how far the points of a group lie along a direction, in lanes."""
+    """Return the heights of a group's points along a direction, in lanes."""
     return (
         load_lanes(blocks, at) * axes[0]
         + load_lanes(blocks, at + GROUP) * axes[1]
@@ -54,7 +54,7 @@ def along_group(blocks, at, axes):
 
 @inlined_kernel
 def _is_later(heights, places, other_heights, other_places):
-    """Return where others are to be taken: they are higher, or as high and before."""
+    """Return the lanes in which others are to be taken: they are higher, or as high and before."""
     is_tied = other_heights == heights
     return (other_heights > heights) | (is_tied & (other_places < places))
 
@@ -86,7 +86,7 @@ def largest_of(lanes):
 
 @inlined_kernel
 def lane_of_largest(lanes):
-    """Return which lane has the largest number, the first of several; none may be nan."""
+    """Return the lane of the largest number, the first of several; none may be nan."""
     return lowest_bit(bits_of(lanes == largest_of(lanes)))
 
 
@@ -111,7 +111,7 @@ def furthest_of_groups(blocks, first, groups, d, stride):
 def furthest_of_few_groups(blocks, first, groups, d, stride):
     """Do the same, in less time for one or two groups and in more for many.
 
-    The height of what is furthest tells where it is, by another look at all of them.
+    The largest height tells the lane, by another look at all of them.
     """
     best = along_group(blocks, first, d)
     for group in range(1, groups):

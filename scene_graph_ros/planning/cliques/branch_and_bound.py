@@ -2,7 +2,8 @@
 
 San Segundo, Rodriguez-Losada and Jimenez, "An exact bit-parallel algorithm for the maximum clique
 problem", Computers & Operations Research 38, 2011: vertices in the order of least degree; a greedy
-colouring of the candidates bounds what a branch may have, as a clique has one vertex of a colour.
+colouring of the candidates bounds the size of a branch's cliques, as a clique has one vertex of a
+colour.
 """
 
 from __future__ import annotations
@@ -80,7 +81,7 @@ def largest_clique(
 
 
 def _degeneracy_order(adjacent: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """Return vertices so that the last has the least degree, and so on of what is before it."""
+    """Return vertices so that the last has the least degree, and so on of those before it."""
     degrees = adjacent.sum(axis=1)
     left = np.ones(len(adjacent), dtype=np.bool_)
     order = np.empty(len(adjacent), dtype=np.intp)

@@ -2,7 +2,7 @@
 
 A body is free on a stretch where no ball is nearer to it in the middle than its points can move
 until the ends, beside its padding. Where that is not so the stretch is halved, for this body
-alone, until a configuration in the middle collides. What is not proven so far is left to the
+alone, until a configuration in the middle collides. Unproven edges are left to the
 proofs of all other pairs.
 """
 
@@ -43,7 +43,7 @@ _FINEST = 1e-6
 
 
 class CloudEdgeScratch(NamedTuple):
-    """What one thread writes to."""
+    """The scratch arrays of one thread."""
 
     motions: Motions
     places: Places
@@ -61,7 +61,7 @@ class CloudEdgeScratch(NamedTuple):
 
 @inlined_kernel
 def _needs(table, motions, c, m, half, tolerance):
-    """Return how far away balls have to be for a pair to be free on a stretch."""
+    """Return the distance of balls from which a pair is free on a stretch, m."""
     own = motions.own[table.bodies[m]]
     return half * own[0] + table.paddings[m] + margin_of(own[2]) + tolerance + table.slacks[c]
 
@@ -149,7 +149,7 @@ def _place_last(checked, edge, scratch, waiting, count):
 
 @inlined_kernel
 def _look(checked, table, scratch, count, tolerance):
-    """Find which pairs are free on stretches; return (pair, lane) of one that collides, if any."""
+    """Find pairs that are free on stretches; return (pair, lane) of a collision, if any."""
     last = scratch.open.shape[1] - 1
     for c in range(len(table.clouds)):
         place_in_cloud(checked.bodies, scratch.places, table.X_CW[c], scratch.clouds)
@@ -198,7 +198,7 @@ def _prove(checked, table, edge, rules, stop, scratch):
 def prove_clouds(checked, table, edges, rules, stop, proofs, scratch):
     """Prove those of some edges that are FREE by now to be so of clouds as well.
 
-    Writes COLLIDES with the pair and where, or UNDECIDED, for what is not.
+    Writes COLLIDES with the pair and where, or UNDECIDED, for others.
     """
     statuses, numbers, found = proofs
     for e in range(len(edges)):

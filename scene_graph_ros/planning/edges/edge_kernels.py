@@ -74,7 +74,7 @@ def _place_middles(checked, edge, scratch, count, asks_ends):
 
 @merged_kernel
 def _near_on(bodies, pairs, motions, longest, rules, places):
-    """Return (count, least): which pairs have to be looked at, and what all others keep.
+    """Return (count, least): the number of pairs to look at, and a lower bound of all others.
 
     That is on stretches that reach so far from their middles; ``places.near`` has these pairs.
     Without a tree that is all pairs.
@@ -132,9 +132,9 @@ def _remember(stretches, p):
 
 @merged_kernel
 def _look(checked, scratch, limits):
-    """Find how far around the middles all pairs are free: ``below`` and ``above``.
+    """Write the extents around the middles where all pairs are free: ``below`` and ``above``.
 
-    ``limits``: the rules. Returns what all pairs keep there at least. Unless it is to be measured,
+    ``limits``: the rules. Returns a lower bound of all pairs there. Unless it is to be measured,
     a collision ends it.
     """
     motions, stretches, places = scratch
@@ -185,7 +185,7 @@ def _look_at_middles(checked, edge, scratch, count, is_first, limits):
 
 @inlined_kernel
 def _put_rest(stretches, k, measures):
-    """Put what is not proven of a stretch behind those that wait; tell whether that helps."""
+    """Put the unproven parts of a stretch behind those that wait; tell whether that helps."""
     low, middle, high = stretches.low[k], stretches.middle[k], stretches.high[k]
     if stretches.states[k] != FREE:
         half = 0.5 * (low + middle)
@@ -266,7 +266,7 @@ def prove_edges(checked, edges, rules, stop, proofs, scratch):
     """Prove edges ``(n, m, nq)`` to be free, or find where they collide; see ``point_on``.
 
     Writes of each edge its status; as numbers up to where it is proven, where it collides or could
-    not be decided, what it certainly stays away from, and how many configurations were looked at;
+    not be decided, a lower bound of its clearance, and how many configurations were looked at;
     and the pair. ``checked`` is a ``CheckedTables``, ``proofs`` an ``EdgeProofs``.
 
     Where the rules do not ask to measure, an edge is left as soon as it is known not to be free,

@@ -40,7 +40,7 @@ RECENT = 8
 
 
 class EdgeRules(NamedTuple):
-    """What counts as proven, and how much is to be known."""
+    """The rules of proofs, and the wanted extent of answers."""
 
     measures: bool
     """Whether to find up to where an edge is free; else it is left once known not to be."""
@@ -53,7 +53,7 @@ class EdgeRules(NamedTuple):
 
 
 class EdgeScratch(NamedTuple):
-    """What proofs of edges write to; of one thread."""
+    """The scratch arrays of proofs of edges; of one thread."""
 
     motions: Motions
     stretches: Stretches
@@ -117,7 +117,7 @@ def put(stretches, low, high):
 
 @inlined_kernel
 def longest_of(stretches, count):
-    """Return how far around a middle anything is still to be shown."""
+    """Return the extent around a middle of the unproven part."""
     longest = 0.0
     for k in range(count):
         longest = max(longest, stretches.below[k], stretches.above[k])

@@ -87,7 +87,7 @@ def new_motions(joints: int, positions: int, robots: int, pairs: int) -> Motions
 
 @inlined_kernel
 def _bounds_of_joint(tree, joint, edge):
-    """Return how far a joint turns, and slides, along an edge, and how far out it slides.
+    """Return a joint's turn and slide along an edge, and its largest offset.
 
     A Bézier curve's speed is nowhere larger than between two of its control points, times its
     degree.
@@ -170,13 +170,13 @@ def _set_rates(tree, edge, rates):
 
 @inlined_kernel
 def margin_of(reach):
-    """Return what rounding is allowed, metres, of bodies that are so far out at most."""
+    """Return the allowance for rounding, metres, of bodies that are so far out at most."""
     return _ROUNDING * (1.0 + reach)
 
 
 @inlined_kernel
 def set_body_motions(tree, bodies, reaches, edge, motions):
-    """Write what is known of joints and bodies on an edge ``(m, nq)``."""
+    """Write the bounds of joints and bodies on an edge ``(m, nq)``."""
     own, joints = motions.own, motions.joints
     for j in range(1, len(tree.kinds)):
         joints[j, 0], joints[j, 1], slide = _bounds_of_joint(tree, j, edge)
@@ -190,7 +190,7 @@ def set_body_motions(tree, bodies, reaches, edge, motions):
 
 @inlined_kernel
 def set_pair_motions(tree, bodies, pairs, reaches, edge, motions):
-    """Write what is known of pairs where ``motions`` has it of their bodies."""
+    """Write the bounds of pairs from those of their bodies in ``motions``."""
     own, joints = motions.own, motions.joints
     robots, is_straight = len(bodies.joints), len(edge) == 2
     for p in range(len(pairs.bodies)):
@@ -284,7 +284,7 @@ def _speed_of(bodies, b, joint, shared, twists, places, k, n):
 
 @inlined_kernel
 def speed_bounds(bodies, pairs, p, k, motions, places, n, slack):
-    """Return how fast a pair may come nearer to each other, forwards and backwards.
+    """Return bounds of a pair's approach speed, forwards and backwards.
 
     ``n`` is a unit vector in W out of B into A, which differs from the direction of their distance
     by at most ``slack``.
@@ -311,7 +311,7 @@ def time_until(distance, speed, bend):
 
 @inlined_kernel
 def used_up(time, way, speed, bend):
-    """Return how much of a distance may be used up until then, by both bounds."""
+    """Return the part of a distance that may be used up until then, by both bounds."""
     if bend == math.inf:
         return way * time
     return min(way * time, max(0.0, (speed + 0.5 * bend * time) * time))

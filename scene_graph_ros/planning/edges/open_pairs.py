@@ -29,7 +29,7 @@ _DEEPEST_FIRST = 16
 
 @inlined_kernel
 def _moved_on(bodies, motions, p, pairs, half):
-    """Return how far a pair's bodies may come nearer to each other on stretches, in lanes."""
+    """Return bounds of the approach of a pair's bodies on stretches, in lanes."""
     a, bend = pairs.bodies[p, 0], motions.bends[p]
     moved = half * motions.ways[p]
     if bend < math.inf and pairs.bodies[p, 1] >= len(bodies.joints):
@@ -60,7 +60,7 @@ def deepest_of(numbers, count):
 
 @inlined_kernel
 def surely_collides(bodies, pairs, p, places):
-    """Tell whether what is inside two bodies overlaps in any lane: ``work[2]`` has how much."""
+    """Tell whether inner balls of two bodies overlap in any lane: ``work[2]`` has the depths."""
     most = farthest_apart(bodies, pairs.bodies[p, 0], pairs.bodies[p, 1], places)
     limit = pairs.paddings[p] - pairs.touching[p] - _SURE
     if all_of(most >= limit):
@@ -71,9 +71,9 @@ def surely_collides(bodies, pairs, p, places):
 
 @inlined_kernel
 def find_open_pairs(bodies, pairs, motions, stretches, near_ones, rules, places):
-    """Return (count, least): how many pairs and lanes are open, and what all others keep.
+    """Return (count, least): the number of open pairs and lanes, and a lower bound of all others.
 
-    Written to ``stretches.open``, with what the covers keep beyond the padding in ``rests``.
+    Written to ``stretches.open``, with the covers' slack beyond the padding in ``rests``.
     Unless all is to be measured, a collision that is certain ends it: then the count is -1, less
     the pair.
     """
@@ -112,7 +112,7 @@ def find_open_pairs(bodies, pairs, motions, stretches, near_ones, rules, places)
 
 @inlined_kernel
 def next_open_pair(stretches, count, taken):
-    """Return which of the open ones is next, and take it off the list.
+    """Return the next of the open ones, and take it off the list.
 
     First those whose covers are deepest in each other, as they are the likeliest to collide.
     """

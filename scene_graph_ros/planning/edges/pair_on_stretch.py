@@ -25,7 +25,7 @@ def _into_first(pairs, p, n):
 
 @inlined_kernel
 def _slack(checked, p, phi, error):
-    """Return how far a normal may be off the direction of the distance, infinite where unknown.
+    """Return the largest error of a normal's direction, infinite where unknown.
 
     Of two convex bodies, d apart, no two points are nearer to each other along that direction.
     So points that are ``phi`` apart, and in the bodies to within ``error``, are apart along a
@@ -84,7 +84,7 @@ def _free_times(checked, scratch, p, k, rest, slack, n, part):
 
 @inlined_kernel
 def _kept(motions, stretches, p, k, rest, times):
-    """Return what a pair keeps on all that is still to be shown of a stretch."""
+    """Return a lower bound of a pair's distance on the unproven part of a stretch."""
     _, _, backwards, forwards, bend = times
     way = motions.ways[p]
     return rest - max(
@@ -95,7 +95,7 @@ def _kept(motions, stretches, p, k, rest, times):
 
 @inlined_kernel
 def _shrink(stretches, times, p, k):
-    """Leave of a stretch what a pair leaves free; return how far that is, if it is less."""
+    """Shrink a stretch to the part that a pair leaves free; return its extent, if it is less."""
     before, behind, nearest = times[0], times[1], math.inf
     if before < stretches.below[k]:
         stretches.below[k] = nearest = before
@@ -109,10 +109,10 @@ def _shrink(stretches, times, p, k):
 
 @merged_kernel
 def look_at_pair(checked, scratch, p, k, rest, limits):
-    """Leave of a stretch what a pair leaves free, by the cheapest bound that decides.
+    """Shrink a stretch to the part that a pair leaves free, by the cheapest bound that decides.
 
-    ``rest`` (m) is what its covers keep beyond the padding. Returns what the pair keeps there at
-    least, -inf where it collides in the middle, and how far from the middle what is left ends,
+    ``rest`` (m) is its covers' slack beyond the padding. Returns a lower bound of the pair
+    there, -inf where it collides in the middle, and the extent of the remainder from the middle,
     infinite where all is.
     """
     motions, stretches, places = scratch

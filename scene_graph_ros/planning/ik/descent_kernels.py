@@ -7,7 +7,7 @@ at a limit that the gradient pushes outward are held (Bertsekas, *Projected Newt
 Optimization Problems with Simple Constraints*, 1982). The turn that is left is measured by
 modified Rodrigues parameters, four times the tangent of a quarter of its angle along its axis,
 which are smooth up to a whole turn. A lane whose descent is over takes up the next one, and lanes
-do not depend on each other: so a descent ends at the same bits whatever goes on beside it.
+do not depend on each other: so a descent ends at the same bits with any others beside it.
 
 Lengths are in the unit of the chain. Notation: B is the robot's base, T the tool, G the pose asked
 for.
@@ -65,7 +65,7 @@ _SERIES = 11
 
 
 class Descents(NamedTuple):
-    """What is asked of d descents to m goals."""
+    """The inputs of d descents to m goals."""
 
     goals: np.ndarray
     """``(m, 7)``: quaternions, w first, and places in B."""
@@ -151,7 +151,7 @@ def _left(size_squared, tolerance):
 
 @inlined_kernel
 def _shrink(J, n, first, v, share, size_squared):
-    """Make three rows of J those of what is beyond a tolerance: of length and of direction."""
+    """Make three rows of J those of the excess over a tolerance: of length and of direction."""
     s = 1.0 / larger(size_squared, every(1e-300))
     # Along v the residual changes as it did, across it as far as it is still there.
     is_out = select(share > 0.0, every(1.0), every(0.0))
@@ -207,7 +207,7 @@ def _evaluate(chain, goal, x, tolerances, axes, origins, work, J, e, n):
 
 @inlined_kernel
 def _equations(task, state, H, g, A, held, n):
-    """Write ``J^T J + damping`` by rows below its diagonal, and ``J^T e``, for what may move."""
+    """Write ``J^T J + damping`` by rows below its diagonal, and ``J^T e``, of moving ones."""
     J, e, is_any_held = state.J, state.e, False
     pull = load_lanes(state.numbers, _PULL * LANES)
     amount = load_lanes(state.numbers, _AMOUNT * LANES)
@@ -283,7 +283,7 @@ def _load(task, state, k, job, n):
 
 @inlined_kernel
 def _measure(task, state, turn, way, left, n):
-    """Note what was found at t, and return the error with the pull's part."""
+    """Note the error at t, and return the error with the pull's part."""
     store_lanes(state.numbers, _TURN_T * LANES, turn)
     store_lanes(state.numbers, _WAY_T * LANES, way)
     store_lanes(state.numbers, _LEFT_T * LANES, left)
@@ -296,7 +296,7 @@ def _measure(task, state, turn, way, left, n):
 
 @inlined_kernel
 def _take(state, J_t, e_t, error, n):
-    """Take over what is better than before."""
+    """Take over values that are better than before."""
     is_better = error < load_lanes(state.numbers, _ERROR * LANES)
     for j in range(n):
         at = j * LANES

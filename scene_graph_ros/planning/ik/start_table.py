@@ -59,10 +59,10 @@ def _nearest(goals, homes, poses, known, weights, rows, gaps):
 
 
 class StartTable:
-    """Where descents begin: the same for a pose, whatever others are asked for beside it."""
+    """Starts of descents: the same for a pose, with any others beside it."""
 
     def __init__(self, chain: ToolChain, tries: int, seed: int, *, is_open: bool) -> None:
-        """Draw what so many tries need; ``is_open`` leaves orientations out of account."""
+        """Draw numbers for so many tries; ``is_open`` leaves orientations out of account."""
         rng = np.random.default_rng(seed)
         lower, upper = chain.start_limits()
         count = _SIZE + max(0, tries - _NEAREST)
@@ -87,9 +87,9 @@ class StartTable:
         *,
         is_near: bool,
     ) -> NDArray[np.float64]:
-        """Return where tries from ``first`` on begin, ``(m, count, n)``, for goals ``(m, 7)``.
+        """Return starts ``(m, count, n)`` of tries from ``first`` on, for goals ``(m, 7)``.
 
-        With ``is_near`` they prefer what is near home ``(m, n)``.
+        With ``is_near`` they prefer starts near home ``(m, n)``.
         """
         m, parts = len(goals), []
         if first < _NEAREST:

@@ -26,7 +26,7 @@ _POSITIONS = {PLANAR: 3, FLOATING: 7}
 
 
 class ChainTable(NamedTuple):
-    """What kernels read of a chain: its joints, from the base on, and where the tool is.
+    """The kernels' table of a chain: its joints, from the base on, and where the tool is.
 
     A joint turns about, or slides along, the z axis of its frame, by ``multiplier * x + offset``,
     where x is the coordinate in ``columns``; -1 is a joint that stays at its offset.
@@ -70,7 +70,7 @@ _ELEMENTS = {
 
 
 def carrying_positions(tree: KinematicTree, link: str) -> NDArray[np.bool_]:
-    """Return which positions ``(nq,)`` change where a link is: those of joints above it.
+    """Return a mask ``(nq,)`` of the positions that move a link: those of joints above it.
 
     A joint that mimics another is at the other's position.
     """
@@ -117,7 +117,7 @@ class ToolChain:
         moves: NDArray[np.bool_],
         q: NDArray[np.float64],
     ) -> ToolChain:
-        """Return the chain to a tool at ``X_LT`` of a link; what does not move stays at ``q``."""
+        """Return the chain to a tool at ``X_LT`` of a link; all other positions stay at ``q``."""
         return _Builder(tree, moves, q).chain(tree.link_index(link), X_LT)
 
     def coordinates(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -139,9 +139,9 @@ class ToolChain:
         return q
 
     def start_limits(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return limits ``(n,)`` to draw from: at most a turn of what may turn further.
+        """Return limits ``(n,)`` to draw from: at most a turn of joints that may turn further.
 
-        What slides without limits stays where it is: a descent finds its place in a step.
+        A slide without limits stays where it is: a descent finds its place in a step.
         """
         middle = np.clip(0.0, self.lower, self.upper)
         far = np.where(self.is_turning, np.pi, 0.0)
@@ -191,7 +191,7 @@ class _Builder:
         return self._finished(np.array(frames))
 
     def _add_joint(self, row: int, X: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Add a joint; X is since the last one. Return what is left to the next."""
+        """Add a joint; X is since the last one. Return the pose to the next."""
         table = self._tree.table
         X_PJ = np.eye(4)
         X_PJ[:3] = table.X_PJ[row]

@@ -1,4 +1,4 @@
-"""The geometries of robots and of what is around them, where they are for eight configurations.
+"""The geometries of robots and of their surroundings, placed for eight configurations.
 
 A body is a geometry with the proximity role. Each is in a ball and in a box, from which follows a
 distance that it certainly keeps from another one.
@@ -41,7 +41,7 @@ __all__ = [
 
 
 class BodyTable(NamedTuple):
-    """What is known of bodies: those of robots first, then those that do not move."""
+    """The table of bodies: those of robots first, then those that do not move."""
 
     rows: np.ndarray
     """``(b,)`` rows of the shape table."""
@@ -89,7 +89,7 @@ class PairTable(NamedTuple):
 
 
 class CheckedTables(NamedTuple):
-    """All that kernels read of what is checked."""
+    """The kernels' tables of checked pairs."""
 
     held: np.ndarray
     """Where the scene's shape table is."""
@@ -173,7 +173,7 @@ def place_bodies(tree, bodies, q, first, X_WB, places):
 
 @inlined_kernel
 def _from_box(bodies, a, b, places):
-    """Return how far A's ball is from B's box, for LANES configurations.
+    """Return the distances of A's ball from B's box, for LANES configurations.
 
     Where its centre is in the box, the distance is that to the nearest face, negative.
     """
@@ -194,7 +194,7 @@ def _from_box(bodies, a, b, places):
 
 @inlined_kernel
 def _between_centers(a, b, places):
-    """Return how far two balls' centres are apart, squared, for LANES configurations."""
+    """Return the squared distances of two balls' centres, for LANES configurations."""
     center, other = places.centers[a], places.centers[b]
     x = load_lanes(center, 0) - load_lanes(other, 0)
     y = load_lanes(center, LANES) - load_lanes(other, LANES)
@@ -206,7 +206,7 @@ def _between_centers(a, b, places):
 def sure_distances(bodies, a, b, places, enough):
     """Return the least distance of two bodies of LANES configurations where balls tell ``enough``.
 
-    Else -inf, and ``places.sure`` has what each is apart at least, -inf where nothing is sure. No
+    Else -inf, and ``places.sure`` has lower bounds of each, -inf where nothing is sure. No
     more is found out than that it is ``enough``.
     """
     radii = bodies.radii[a] + bodies.radii[b]
@@ -231,7 +231,7 @@ def _pose_of(X, k):
 
 @merged_kernel
 def distance_at(held, bodies, pairs, p, k, places, max_distance, tolerance):
-    """Return what measures pairs says of one in configuration k.
+    """Return the answer of the measuring function about one in configuration k.
 
     In the order in which the scene's own queries ask, so that they cannot disagree.
     """

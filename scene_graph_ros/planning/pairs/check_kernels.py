@@ -29,7 +29,7 @@ LOOSE = 1e-3
 
 @inlined_kernel
 def bounds_of(phi, gap, reach):
-    """Return what a distance is at least and at most; beyond ``reach`` it is a lower bound."""
+    """Return bounds of a distance, lower and upper; beyond ``reach`` it is a lower bound."""
     if phi > reach and gap == math.inf:
         return phi, math.inf
     return phi - gap, phi + gap
@@ -39,8 +39,8 @@ def bounds_of(phi, gap, reach):
 def collides_at(held, bodies, pairs, p, k, places):
     """Tell whether a pair is nearer than its padding in configuration k.
 
-    Without padding that is what ``has_collisions`` calls a collision. A first look decides all but
-    what is within its error of the padding.
+    Without padding that is a collision of ``has_collisions``. A first look decides all but pairs
+    within its error of the padding.
     """
     limit, reach = pairs.paddings[p] - pairs.touching[p], max(pairs.paddings[p], 0.0)
     phi, _, _, _, gap = distance_at(held, bodies, pairs, p, k, places, reach, LOOSE)
@@ -85,7 +85,7 @@ def check_configurations(held, tree, bodies, pairs, q, X_WB, first_pair, places)
 
 @lean_kernel
 def check_by_tree(held, tree, bodies, pairs, q, X_WB, first_pair, places):
-    """Write the same, of the pairs that a tree of what does not move finds.
+    """Write the same, of the pairs that a tree of static bodies finds.
 
     Where there is none the loop above is faster, as it asks nobody which pairs these are.
     """

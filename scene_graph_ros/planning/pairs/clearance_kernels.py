@@ -39,7 +39,7 @@ _MARGIN = 1.0 + 1e-12
 
 
 class NearTable(NamedTuple):
-    """All that the kernel reads, and what one thread writes to."""
+    """The kernel's inputs, and the scratch arrays of one thread."""
 
     tree: TreeTable
     chains: JointChains
@@ -133,7 +133,7 @@ def _find_by_balls(table, influence, near_ones):
 
 @inlined_kernel
 def _starts_of_eight(starts, close, first, side):
-    """Return where the covers of A, or B, of eight pairs begin."""
+    """Return the first rows of the covers of A, or B, of eight pairs."""
     return (
         starts[2 * close[first & LAST_PLACE] + side & LAST_PLACE],
         starts[2 * close[first + 1 & LAST_PLACE] + side & LAST_PLACE],

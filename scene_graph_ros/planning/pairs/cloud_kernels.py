@@ -65,7 +65,7 @@ def joined_box(one, other):
 
 @inlined_kernel
 def body_in_cloud(bodies, table, scratch, a, k):
-    """Return what ``any_near`` takes of a body in configuration k.
+    """Return the arguments of ``any_near`` for a body in configuration k.
 
     That is (rotation in C, its entries' sizes, its box's centre in C and in G, where its planes
     begin and end, its box's half extents, its row of the shape table).
@@ -124,7 +124,7 @@ def _first_in_group(held, bodies, table, scratch, tree, c, group, k, found, plac
 def check_clouds(held, tree, bodies, table, q, X_WB, first_pair, places, scratch):
     """Write the first pair that is nearer than its padding where it comes before the one written.
 
-    That is a pair of a plan; where none is too near, ``first_pair`` has what is more than any.
+    That is a pair of a plan; where none is too near, ``first_pair`` has a number above all.
     """
     for first in range(0, len(q), CONFIGURATIONS):
         place_bodies(tree, bodies, q, first, X_WB, places)

@@ -33,7 +33,7 @@ _pair_distance = PAIR_DISTANCE.call
 
 @inlined_kernel
 def _near_box(px, py, pz, qx, qy, qz, body, half, turned):
-    """Return how far boxes in C are from a body's box at most along any of six axes, in lanes."""
+    """Return the largest gap of boxes in C and a body's box along any of six axes, in lanes."""
     R, M = body[0], body[1]
     along = larger(
         larger(magnitude(px) - qx - turned[0], magnitude(py) - qy - turned[1]),
@@ -50,7 +50,7 @@ def _near_box(px, py, pz, qx, qy, qz, body, half, turned):
 
 @inlined_kernel
 def _beyond_planes(x, y, z, radii, bits, body, need, planes, guesses, a):
-    """Return which of the points are farther than ``need`` from a hull along no face's normal."""
+    """Return a mask of points that no face's normal shows farther than ``need`` from a hull."""
     center, first, last = body[3], body[4], body[5]
     x, y, z = x + center[0], y + center[1], z + center[2]
     enough = radii + need

@@ -1,4 +1,4 @@
-"""What kernels read, and write to, of robots' bodies among clouds that do not move."""
+"""The kernels' tables of robots' bodies among clouds that do not move."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ __all__ = ["CloudScratch", "CloudTable"]
 
 
 class CloudTable(NamedTuple):
-    """What kernels read of m pairs of a robot's body and a cloud that does not move."""
+    """The kernels' table of m pairs of a robot's body and a cloud that does not move."""
 
     pairs: np.ndarray
     """``(m,)``: rows of the plan's pairs."""
@@ -39,7 +39,7 @@ class CloudTable(NamedTuple):
 
 
 class CloudScratch(NamedTuple):
-    """What one thread writes to."""
+    """The scratch arrays of one thread."""
 
     X_CG: np.ndarray
     """``(r, 12, LANES)``: the robots' bodies in a cloud's frame."""

@@ -31,7 +31,7 @@ _UNKNOWN = (-np.inf, 0.0, 0.0, 0.0, -np.inf)
 def inner_covers(
     table: ShapeTable, rows: NDArray[np.int64], centers: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return what is inside the bodies of these rows ``(b, INNER)``, around centres in G.
+    """Return balls inside of the bodies of these rows ``(b, INNER)``, around centres in G.
 
     Nothing is known of half spaces, nor of meshes that are measured by their triangles.
     """
@@ -66,7 +66,7 @@ def _inner(table: ShapeTable, row: int, center: NDArray[np.float64]) -> tuple[fl
 
 @inlined_kernel
 def farthest_apart(bodies, a, b, places):
-    """Return how far two bodies are apart at most, in lanes; infinite where nothing is known."""
+    """Return upper bounds of two bodies' distances, in lanes; infinite where nothing is known."""
     X, center, other = places.X_WG[b], places.centers[a], places.centers[b]
     x = load_lanes(center, 0) - load_lanes(other, 0)
     y = load_lanes(center, LANES) - load_lanes(other, LANES)

@@ -1,4 +1,4 @@
-"""Distances of pairs of rows by the address of what measures them, one after the other."""
+"""Distances of pairs of rows by the address of their measuring function, one after the other."""
 
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel
 from scene_graph_ros.geometry.spatial.vectors import load_rotation, load_translation

@@ -1,4 +1,4 @@
-"""The distance of a pair by the address of what measures it: shapes alone, or clouds as well."""
+"""The distance of a pair by the address of its function: shapes alone, or clouds as well."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far two bodies are apart at least, by the balls and boxes around them, and along what."""
+"""Lower bounds of two bodies' distance, by balls and boxes around them, and their directions."""
 
 import math
 
@@ -18,13 +18,13 @@ _TINY = 1e-300
 
 @inlined_kernel
 def _dot(X, i, x, y, z, k):
-    """Return what a vector in W has along axis i of a body."""
+    """Return the component of a vector in W along axis i of a body."""
     return X[i, k] * x + X[4 + i, k] * y + X[8 + i, k] * z
 
 
 @inlined_kernel
 def _extent(bodies, b, X, x, y, z, k):
-    """Return how far a body reaches at most from its centre along a unit vector in W."""
+    """Return the support of a body from its centre along a unit vector in W."""
     lower, upper, extent = bodies.lower[b], bodies.upper[b], 0.0
     for i in range(3):
         extent += 0.5 * (upper[i] - lower[i]) * abs(_dot(X, i, x, y, z, k))
@@ -96,7 +96,7 @@ def _three(array, at, step):
 
 @inlined_kernel
 def _box_of(bodies, b, places):
-    """Return what ``between_boxes`` takes of a body in eight configurations."""
+    """Return the arguments of ``between_boxes`` for a body in eight configurations."""
     X, lower, upper = places.X_WG[b], bodies.lower[b], bodies.upper[b]
     axes = _three(X, 0, 4), _three(X, 1, 4), _three(X, 2, 4)
     half = (
@@ -121,7 +121,7 @@ def _above_half_spaces(bodies, a, b, places):
 
 @inlined_kernel
 def separations_at(bodies, a, b, places):
-    """Return what ``separation`` says of a pair's distance in eight configurations, or more.
+    """Return the bound of ``separation`` for a pair in eight configurations, or a larger one.
 
     Never more than the truth, also where the bodies overlap.
     """

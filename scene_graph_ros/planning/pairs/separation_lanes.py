@@ -109,14 +109,14 @@ def _three_of_eight(covers, at, i):
 
 @inlined_kernel
 def _along_face(far, own, half, cosines, radius):
-    """Return how far a body is from a face: it is within ``half`` of its centre, and a ball."""
+    """Return a body's distance from a face: it is within ``half`` of its centre, and a ball."""
     extent = own + smaller(dot(half, cosines), radius)
     return far - extent - _ROUNDING * (far + extent)
 
 
 @inlined_kernel
 def _from_centre(apart, half, rotation, other_half, radius, size):
-    """Return how far a body is from the nearest point of a box to its centre, -inf where it is in.
+    """Return a body's distance from the nearest point of a box to its centre, -inf inside.
 
     ``apart``: where the body's centre is, in the box's frame; ``rotation``: the body's axes there,
     ``half`` and ``radius``: how far it reaches; ``size``: how long all that is, for rounding.

@@ -25,7 +25,7 @@ def least_of(lanes):
 
 @inlined_kernel
 def _square_from(center, x, y, z):
-    """Return how far a point is at least from a body's centre in LANES configurations, squared."""
+    """Return squared lower bounds of a point's distance to a body's centre, in LANES."""
     dx, dy, dz = (
         load_lanes(center, 0) - x,
         load_lanes(center, LANES) - y,
@@ -36,7 +36,7 @@ def _square_from(center, x, y, z):
 
 @inlined_kernel
 def _mark_near(nodes, of_still, center, reach, marks):
-    """Mark the pairs of a body with those that may be near; return what all others are beyond it.
+    """Mark a body's pairs that may be near; return a lower bound of all others' excess.
 
     ``reach`` (m) is the radius of the body and the distance that counts.
     """
@@ -59,7 +59,7 @@ def _mark_near(nodes, of_still, center, reach, marks):
 
 @merged_kernel
 def find_near(bodies, pairs, places, fewest):
-    """Write to ``places.near`` which pairs may be nearer than what counts; return how many.
+    """Write to ``places.near`` the pairs that may be nearer than the bound; return their number.
 
     That is ``places.limits`` (m) of each body of a robot. In ascending order. ``places.slacks``
     says how much farther away all others of each are at least. Of a tree of fewer nodes than

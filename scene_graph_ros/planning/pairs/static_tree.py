@@ -1,7 +1,7 @@
 """A tree of balls around the bodies that do not move, to find those that are near to a robot's.
 
 Balls hold balls (Quinlan, *Efficient Distance Computation between Non-Convex Objects*, 1994). A
-node is followed by what is below it, and knows the row that comes after that.
+node is followed by its descendants, and knows the row that comes after that.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def no_nodes() -> StaticNodes:
 
 
 class _Shape(NamedTuple):
-    """What a tree of so many bodies looks like, wherever they are."""
+    """The structure of a tree of so many bodies, at any poses."""
 
     skips: NDArray[np.int64]
     leaves: NDArray[np.int64]

@@ -12,4 +12,4 @@ class RegionError(SceneGraphError, ValueError):
 
 
 class RegionNotFoundError(SceneGraphError, RuntimeError):
-    """No region passed its test; the message says how far it came and what would help."""
+    """No region passed its test; the message has its progress and a remedy."""

@@ -37,7 +37,7 @@ def walked(
     shape: NDArray[np.float64],
     generator: np.random.Generator,
 ) -> NDArray[np.float64]:
-    """Return where walks of some steps from each of ``starts (k, n)`` end, ``(k, n)``.
+    """Return the ends ``(k, n)`` of walks of some steps from each of ``starts (k, n)``.
 
     In the bounded set ``A x <= b``. Axes are drawn anew for all walks, uniformly where an
     ellipsoid like the set, ``{shape u}``, is a ball: thin sets are crossed as fast as round ones.
@@ -86,8 +86,8 @@ def _slacks(A, b, x, first, slack):
 def _walk(A, b, x, along, chosen, shares):
     """Move all of ``x (k, n, 8)`` along chosen axes ``(k, s)``, by shares of the ways there.
 
-    ``along`` are the axes ``(n, n)``, what rows lose along them ``(n, m)``, its inverse, the order
-    of rows, and how many end a step forward and back ``(n, 2)``.
+    ``along`` are the axes ``(n, n)``, the rows' components along them ``(n, m)``, its inverse, the
+    order of rows, and how many end a step forward and back ``(n, 2)``.
     """
     ways, rates, inverse, order, counts = along
     m, n = A.shape

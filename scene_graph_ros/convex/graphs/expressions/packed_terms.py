@@ -2,9 +2,9 @@
 
 Whole numbers begin with how many there are and how many numbers there are, then sizes by the
 columns below. An edge has behind them the kinds of its atoms, how many rows each has, how many
-each cone, and the cones' kinds; its numbers are about what it costs at most, its rows in the
-variables of both sets and in their coordinates, constants, what rounding makes of these, and what
-rows are at most. A set has a length, a variable of scale or -1 and the columns of each ball; its
+each cone, and the cones' kinds; its numbers are an estimate of its largest cost, its rows in the
+variables of both sets and in their coordinates, constants, their rounding, and bounds of
+rows. A set has a length, a variable of scale or -1 and the columns of each ball; its
 numbers are its centre, half extents, a box's corners, S, and the rows of E, f, A and b.
 """
 
@@ -76,7 +76,7 @@ class Packed(NamedTuple):
 
 
 def packed(head: list[int], rest: list[int], arrays: list[np.ndarray]) -> list[Packed]:
-    """Return what begins with ``head``, sets' or edges' sizes, behind counts of both.
+    """Return the array that begins with ``head``, sets' or edges' sizes, behind counts of both.
 
     ``arrays`` have an entry for each of these, which are alike but for their numbers.
     """

@@ -1,4 +1,4 @@
-"""What sets of edges reach, and rows of their points, in kernels.
+"""Supports of edges' sets, and rows of their points, in kernels.
 
 Sets are those of `packed_terms`, one behind another.
 """
@@ -25,7 +25,7 @@ __all__ = ["add_reach", "least_over_sets", "moments_of_edges"]
 
 @lean_kernel
 def add_reach(head, f, D, off, totals):
-    """Take what a set reaches against slopes ``D`` from the totals, if that is told by arrays."""
+    """Subtract a set's support along slopes ``D`` from the totals, if arrays have it."""
     n, count = head[AMBIENT], head[VARIABLES]
     sizes, lost, offset = 0.0, 0.0, 0.0
     for j in range(n):
@@ -50,7 +50,7 @@ def add_reach(head, f, D, off, totals):
 
 @kernel
 def _begins_of(sets, count):
-    """Return where the whole numbers, the numbers and the coordinates of so many sets begin."""
+    """Return the first indices of the whole numbers, the numbers and the coordinates of sets."""
     found, at, number, coordinate = np.zeros((count, 3), np.int64), 0, 0, 0
     for v in range(count):
         found[v, 0], found[v, 1], found[v, 2] = at, number, coordinate
@@ -65,8 +65,8 @@ def least_over_sets(sets, numbers, ends, slopes, D, off, totals):
     """Take the drop of potentials, and the least over sets, from the minorants of edges.
 
     Slopes of potentials are those of all sets in turn; ``ends (m, 2)`` are the sets of tails and
-    heads. From slopes ``D`` of the edges these are taken, what they are rounded by is added to
-    ``off``, and what the sets reach against them is taken from the totals ``(m, 3)``, but of sets
+    heads. From slopes ``D`` of the edges these are taken, their rounding is added to
+    ``off``, and the sets' supports are taken from the totals ``(m, 3)``, but of sets
     that do not tell it by arrays.
     """
     begin, at = _begins_of(sets, ends.max() + 1 if len(ends) else 0), 0
@@ -85,7 +85,7 @@ def least_over_sets(sets, numbers, ends, slopes, D, off, totals):
 
 @kernel
 def moments_of_edges(sets, numbers, ends, columns, rows, lengths):
-    """Return rows, columns and values of what points at the vertices of edges add up to.
+    """Return rows, columns and values of the sums of points at the vertices of edges.
 
     Those that come less those that go, beside the extents of their sets. ``rows (n,)`` are the
     first of a vertex, ``lengths`` how many it has, 0 or the dimension; ``columns (m, 2)`` the

@@ -34,8 +34,8 @@ def _listed(size, ends, is_kept):
 def _keep_block(size, tails, heads, source, target, is_kept):
     """Keep edges that are in one block with an edge from source to target.
 
-    A block is what no single vertex cuts (Hopcroft and Tarjan, "Algorithm 447", 1973); these are
-    the edges of simple paths of an undirected graph.
+    A block is a part that no single vertex cuts (Hopcroft and Tarjan, "Algorithm 447", 1973);
+    these are the edges of simple paths of an undirected graph.
     """
     out, out_first = _listed(size, tails, is_kept)
     back, back_first = _listed(size, heads, is_kept)
@@ -115,7 +115,7 @@ def _immediate_dominators(tails, into, into_first, order, rank):
 def _tree_of_dominators(size, root, heads, tails, is_kept):
     """Return when a walk of the tree enters each vertex, -1 if it never does, and the last below.
 
-    Of what is reached from the root along edges ``tails`` to ``heads`` (Cooper, Harvey and
+    Of vertices reached from the root along edges ``tails`` to ``heads`` (Cooper, Harvey and
     Kennedy, "A simple, fast dominance algorithm", 2001).
     """
     out, out_first = _listed(size, tails, is_kept)

@@ -99,7 +99,7 @@ class Sizes(NamedTuple):
 
 @lean_kernel
 def rows_of_atom(kind, count):
-    """Return how many single rows, rows of a second-order and of an exponential cone it takes."""
+    """Return its numbers of single rows, rows of a second-order and of an exponential cone."""
     if kind == NORM_INF:
         return 2 * count, 0, 0
     if kind == EXPONENTIAL:
@@ -109,7 +109,7 @@ def rows_of_atom(kind, count):
 
 @lean_kernel
 def size_of(most, first, count):
-    """Return what rows are divided by."""
+    """Return the divisor of rows."""
     largest = 0.0
     for i in range(first, first + count):
         largest = max(largest, most[i])
@@ -118,7 +118,7 @@ def size_of(most, first, count):
 
 @lean_kernel
 def taken_by(head):
-    """Return what an edge takes: single rows, rows in second-order cones, and such cones.
+    """Return the counts of an edge: single rows, rows in second-order cones, and such cones.
 
     And rows in matrices, matrices, and rows in exponential cones.
     """

@@ -71,7 +71,7 @@ def lower_edges(edges, numbers, columns, unit, own):
 
 @lean_kernel
 def _linear_constant(head, f):
-    """Return what the linear rest of an edge's cost is at the centres."""
+    """Return the linear part of an edge's cost at the centres."""
     rows, atoms, row = head[EDGE_ROWS], head[ATOMS], 0
     for a in range(atoms):
         row += head[EDGE_HEAD + atoms + a]
@@ -115,7 +115,7 @@ def _entries_of(p, begin, meant):
 
 @kernel
 def weights_of_edges(edges, numbers, count, equations, others, unit):
-    """Return what all rows of edges weigh ``(r,)``, edge after edge, in the edges' own units.
+    """Return the multipliers ``(r,)`` of all rows of edges, edge after edge, in their own units.
 
     From the multipliers of the equations and the other rows of `lower_edges`.
     """

@@ -1,4 +1,4 @@
-"""Rows and costs of an edge in a program, and what multipliers of these weigh its own rows."""
+"""Rows and costs of an edge in a program, and its own rows' weights by their multipliers."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ _ROOT_2 = math.sqrt(2.0)
 
 @kernel
 def empty_program(of):
-    """Return a program with places and rows for what there is, and where its rows begin.
+    """Return a program with places and rows for all terms, and its first rows.
 
     These are those of each sort, of which equations are the first.
     """
@@ -225,10 +225,10 @@ def _slopes_of_atom(kind, rows, most, z, r, unit, y):
 
 @lean_kernel
 def weigh_rows(head, f, edge, multipliers, number_of, unit, y):
-    """Set what an edge's rows ``(r,)`` weigh, from multipliers of the program's.
+    """Set the weights of an edge's rows ``(r,)``, from multipliers of the program's.
 
     These are of equations, ``(e,)``, and of all other rows; ``number_of`` says where these begin
-    among the others. The cost less what they weigh has its least value where the program has.
+    among the others. The cost less the weighted rows has its least value where the program has.
     """
     free, z = multipliers
     atoms, cones, rows = head[ATOMS], head[CONES], head[EDGE_ROWS]

@@ -1,6 +1,6 @@
-"""What bounds costs of edges from below: their minorants.
+"""Lower bounds of edges' costs: their minorants.
 
-As `bounds` says, whatever the multipliers are; rounding is counted throughout.
+As `bounds` says, for any multipliers; rounding is counted throughout.
 """
 
 from __future__ import annotations
@@ -40,9 +40,9 @@ __all__ = ["add_minorant", "make_valid", "minorants_of_edges"]
 
 @lean_kernel
 def make_valid(head, y, is_cost):
-    """Make what an edge's rows weigh such that it bounds its cost, and return what it is off by.
+    """Make an edge's multipliers such that they bound its cost, and return their error.
 
-    That is: ``y . rows`` less what is returned is at most the cost wherever the constraints hold;
+    That is: ``y . rows`` less the error is at most the cost wherever the constraints hold;
     without cost it is at most 0 there. Weights of matrices and exponential cones are so already.
     """
     atoms, cones, row, taken = head[ATOMS], head[CONES], 0, 0.0
@@ -103,10 +103,10 @@ def add_minorant(head, f, y, constant, firsts, D, off, totals):
 def minorants_of_edges(edges, numbers, count, weights, is_cost):
     """Return affine functions that are below the costs of so many edges, from rows' weights.
 
-    For each edge its constant, what that may be rounded by, and its size, ``(count, 3)``; slopes
-    of the points of its tail and of its head, less their centres, edge after edge, and what these
-    may be rounded by; and where both begin, ``(count, 2)``. Weights ``(r,)`` are any, but for what
-    `make_valid` asks for.
+    For each edge its constant, its rounding, and its size, ``(count, 3)``; slopes
+    of the points of its tail and of its head, less their centres, edge after edge, and their
+    rounding; and the first indices of both, ``(count, 2)``. Weights ``(r,)`` are any, but for the
+    conditions of `make_valid`.
     """
     table = np.zeros((count, COLUMNS), np.int64)
     of = lay_out_edges(edges, table)

@@ -1,4 +1,4 @@
-"""The best points of a path, what bounds its cost, and what points cost, in kernels."""
+"""The best points of a path, bounds of its cost, and costs of points, in kernels."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ __all__ = ["cost_of_path", "place_points", "solve_path"]
 
 @kernel
 def solve_path(path, count, unit, end, limits, improve):
-    """Return the best points of a path of so many edges, and what bounds its cost.
+    """Return the best points of a path of so many edges, and bounds of its cost.
 
     Costs are in units, those of the edges' at most if ``unit`` is 0. ``end`` is the slope ``(n,)``
     of a further cost at the last point, or empty. ``limits`` are the tolerance, and how many
@@ -56,7 +56,7 @@ def solve_path(path, count, unit, end, limits, improve):
     `IMPROVE`.
 
     Points less their centres and slopes ``(n,)`` of all sets in turn; with them the bound's total,
-    what rounding takes from it, and its size, without the reach of sets that do not tell it by
+    its rounding, and its size, without the reach of sets that do not tell it by
     arrays; and the residual of the solver.
     """
     sets = np.zeros((count + 1, COLUMNS), np.int64)
@@ -145,7 +145,7 @@ def _violation(head, f, w, row):
 
 @kernel
 def cost_of_path(path, count, points):
-    """Return what a path costs at points less their centres, of all sets in turn.
+    """Return a path's cost at points less their centres, of all sets in turn.
 
     And by how much edges' constraints are broken, beside the size of their terms.
     """

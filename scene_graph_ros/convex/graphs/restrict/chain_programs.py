@@ -31,7 +31,7 @@ __all__ = ["program_of"]
 
 @lean_kernel
 def _fill_set(path, p, sets, k, number_of):
-    """Fill what is asked of a set's variables."""
+    """Fill the membership of a set's variables."""
     head, f = path.sets[sets[k, FIRST_WHOLE] :], path.set_numbers[sets[k, FIRST_NUMBER] :]
     n, count, place = head[AMBIENT], head[VARIABLES], sets[k, FIRST_PLACE]
     at = 4 * n + n * count

@@ -3,7 +3,7 @@
 A primal-dual interior-point method with Nesterov and Todd's scaling and Mehrotra's corrector
 (Andersen, Dahl and Vandenberghe, "Interior-point methods for large-scale cone programming", 2011).
 Rows reach over a band of the variables, as those of a path do, so that a step takes time in
-proportion to their number. What is found are floats that prove nothing.
+proportion to their number. Answers are floats that prove nothing.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ _WELL_INSIDE = 1e-6
 
 @lean_kernel
 def _residuals(p, g):
-    """Set what is off: of stationarity and equations ``rx (n,)``, of the cones' rows ``rs``.
+    """Set the residuals: of stationarity and equations ``rx (n,)``, of the cones' rows ``rs``.
 
     Return the largest one, or the gap, relative; infinite where one is no number.
     """
@@ -126,9 +126,9 @@ def _direction(p, g, share):
 
 @lean_kernel
 def _polish(p, g, share):
-    """Take what rounding left of stationarity out of a step; return how much there was.
+    """Take the rounding error of stationarity out of a step; return its size.
 
-    W^-2 is large where multipliers are, and so is what it makes of rounding.
+    W^-2 is large where multipliers are, and so is its rounding.
     """
     m, off = len(p.at), 0.0
     for i in range(len(g.rhs)):
@@ -266,7 +266,7 @@ def minimize_banded(p, tolerance, improve):
     """Return points x ``(n,)`` with multipliers of equations, those z of cones, and a residual.
 
     Multipliers are such that ``cost . x - z . rows - y . equations`` has its least value at x. The
-    residual is the largest of what equations, cones, stationarity and the gap are off by; where it
+    residual is the largest of those of equations, cones, stationarity and the gap; where it
     is above ``tolerance`` the search found nothing better. ``improve`` is the address of
     `IMPROVE`.
     """

@@ -1,4 +1,4 @@
-"""Scalings of points in orthants and second-order cones, and what follows from them for a step.
+"""Scalings of points in orthants and second-order cones, and products with them for a step.
 
 Nesterov and Todd's: a symmetric W with ``W z = W^-1 s`` (as in Andersen, Dahl and Vandenberghe,
 "Interior-point methods for large-scale cone programming", 2011, section 3). Of the first ``num``
@@ -117,7 +117,7 @@ def multiply(num, sizes, x, y, out):
 
 @lean_kernel
 def divide(num, sizes, lam, d, out):
-    """Set ``out`` to what times ``lam`` is d; ``lam`` is inside the cones."""
+    """Set ``out`` to d divided by ``lam``; ``lam`` is inside the cones."""
     for i in range(num):
         out[i] = d[i] / lam[i]
     a = num
@@ -162,7 +162,7 @@ def least_eigenvalue(num, sizes, x):
 
 @lean_kernel
 def longest_step(num, sizes, x, d):
-    """Return how far ``x + t d`` stays in the cones, for x inside; at most 1e10."""
+    """Return the largest t of ``x + t d`` in the cones, for x inside; at most 1e10."""
     step = 1e10
     for i in range(num):
         if d[i] < 0.0:

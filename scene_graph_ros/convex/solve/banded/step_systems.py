@@ -54,7 +54,7 @@ class Going(NamedTuple):
     """Where the search is, and rooms: of places ``(n,)``, of the cones' rows, of all rows.
 
     ``M``, ``L`` are the system's band and its factors; ``columns`` are those of a group's rows,
-    ``own`` that of its own variable, ``shares`` and ``squares`` what eliminates it.
+    ``own`` that of its own variable, ``shares`` and ``squares`` its elimination.
     """
 
     x: np.ndarray
@@ -143,7 +143,7 @@ def fill_system(p, g):
 
 @lean_kernel
 def _add_single(p, g, r):
-    """Add what a row without a group is to the band."""
+    """Add the product of a row without a group to the band."""
     w, first = g.w[r - len(p.at)], p.first[r]
     factor = 1.0 / (w * w)
     for a in range(p.lengths[r]):
@@ -188,9 +188,9 @@ def _scale_cone(p, g, row, size, eta):
 
 @lean_kernel
 def _eliminate(p, g, k):
-    """Add what the rows of a group are without their own variable.
+    """Add the products of a group's rows without their own variable.
 
-    What is left of the columns beside it may be far less than they are: so it is computed as
+    The remainder of the columns beside it may be far less than they are: so it is computed as
     orthogonalization does, not as a difference of products.
     """
     row, size, square = p.groups[k, 0], p.groups[k, 1], 0.0
@@ -225,7 +225,7 @@ def _add_products(first, length, size, g):
 
 @lean_kernel
 def solve_system(p, g, x):
-    """Set x to what the system says of ``rhs``, which is overwritten."""
+    """Set x to the solution of the system for ``rhs``, which is overwritten."""
     n = g.M.shape[0]
     for k in range(len(p.groups)):
         row = p.groups[k, 0]

@@ -1,4 +1,4 @@
-"""Blocks of rows in cones: what lifts are made of for the solver of cone programs."""
+"""Blocks of rows in cones: the parts of lifts for the solver of cone programs."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def upper_triangle(order: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def for_the_solver(block: Block) -> Block:
-    """Return a block with what is beside a matrix's diagonal times the root of 2."""
+    """Return a block with off-diagonal entries of matrices times the root of 2."""
     cone, columns, matrix, constant = block
     if cone is not Cone.SEMIDEFINITE:
         return block

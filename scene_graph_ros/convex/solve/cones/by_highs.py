@@ -29,7 +29,7 @@ _OPTIONS = (
 
 
 class Reply(NamedTuple):
-    """What a solver says of ``min q x`` with ``s = b - A x`` in cones, in Clarabel's words."""
+    """A solver's answer to ``min q x`` with ``s = b - A x`` in cones, in Clarabel's words."""
 
     x: np.ndarray
     z: np.ndarray

@@ -16,7 +16,7 @@ __all__ = ["MixedReply", "ask_scip"]
 
 
 class MixedReply(NamedTuple):
-    """A solution, or that SCIP says there is none, and what it says no solution is below."""
+    """A solution, or SCIP's status without one, and its lower bound of all solutions."""
 
     x: np.ndarray | None
     bound: float

@@ -84,7 +84,7 @@ def ask_scs(
 
 
 def _columns_of_lower(order: int) -> np.ndarray:
-    """Return where the lower triangle, column after column, is in the upper one."""
+    """Return the indices of the lower triangle, column after column, in the upper one."""
     place = np.zeros((order, order), dtype=np.int64)
     j, i = np.tril_indices(order)
     place[i, j] = place[j, i] = np.arange(len(i))

@@ -3,7 +3,7 @@
 The solver is Clarabel, unless another is chosen (Goulart and Chen, "Clarabel: An interior-point
 solver for conic programs with quadratic objectives", 2024), an interior-point method without a
 licence; it is imported when the first program is solved. Its word is no answer: points are checked
-by who asks, and bounds are computed from its multipliers alone, whatever they are.
+by the caller, and bounds are computed from its multipliers alone, for any values.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ _MOST_ITERATIONS = 200
 
 
 class Cone(enum.IntEnum):
-    """What rows of a program are to be in."""
+    """The cone of a program's rows."""
 
     ZERO = 0
     NONNEGATIVE = 1
@@ -76,7 +76,7 @@ class ConeSolution:
 
     ``is_feasible`` is False for the latter: the multipliers then are such that no x has
     ``-sum of multipliers times rows`` at most 0. ``x (n,)``. ``residual`` is the largest of
-    what equations, cones, stationarity and the gap are off by.
+    those of equations, cones, stationarity and the gap.
     """
 
     is_feasible: bool
@@ -209,8 +209,8 @@ class ConeProgram:
 
         Raises SolverError, which names ``what`` was asked for, where neither was found;
         ``is_rough`` accepts larger residuals, and is asked for ``tolerance`` first, relative and
-        absolute. Raises ConvexSetError for what the chosen solver does not solve, and for options
-        that it has not.
+        absolute. Raises ConvexSetError for programs that the chosen solver does not solve, and for
+        options that it has not.
         """
         A, b, q = self.matrices()
         offsets = np.cumsum([0, *(self._counts[cone] for cone in Cone)])
@@ -267,7 +267,7 @@ class ConeProgram:
 
 
 def _tolerances(by: SolverChoice | None) -> Sequence[float]:
-    """Return what is asked for in turn; once, where the caller has said it."""
+    """Return the tolerances in turn; one, where the caller has given it."""
     is_given = by is not None and (
         by.name != "clarabel" or any(name.startswith("tol_") for name in by.options)
     )
@@ -275,7 +275,7 @@ def _tolerances(by: SolverChoice | None) -> Sequence[float]:
 
 
 def _residual(A: Any, b: np.ndarray, q: np.ndarray, found: Any, is_ray: bool) -> float:
-    """Return the largest of what a solution's equations, stationarity and gap are off by."""
+    """Return the largest residual of a solution's equations, stationarity and gap."""
     x, z, s = found
     if not all(np.isfinite(each).all() for each in ((z,) if is_ray else found)):
         return np.inf

@@ -27,7 +27,7 @@ def equilibrated(
     """Return the same blocks of variables ``x / sizes``, the sizes ``(size,)``, rows' factors.
 
     Each linear row, and each block of another cone as a whole, times a power of two. Cones stay
-    what they are: also where all constants are divided by one number, which is the largest
+    unchanged: also where all constants are divided by one number, which is the largest
     right side of a row of size 1.
     """
     logs = [_logarithms(matrix) for _, _, matrix, _ in blocks]

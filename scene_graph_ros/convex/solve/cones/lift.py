@@ -1,4 +1,4 @@
-"""A set as what rows and cones leave of more variables: the first of them are its points."""
+"""A set as the part of more variables within rows and cones: the first of them are its points."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class Lift:
     def directions(self) -> Rows:
         """The rows of the directions that lead on for ever, behind equations for balls.
 
-        What is in a ball stays; so does a ball's scale, which is between 0 and 1 in all lifts.
+        A ball's vector stays; so does a ball's scale, which is between 0 and 1 in all lifts.
         Right sides play no part; matrices stay semidefinite beside these rows.
         """
         held = [k for ball in self.balls for k in (*ball.columns, ball.scale) if k >= 0]

@@ -1,4 +1,4 @@
-"""Which solver of cone programs is asked, and with what settings of its own."""
+"""The choice of a solver of cone programs, with settings of its own."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ MIXED_INTEGER = {"scip": "pyscipopt"}
 
 @dataclass(frozen=True)
 class SolverChoice:
-    """A solver by its name, and what its own settings are set to."""
+    """A solver by its name, and the values of its own settings."""
 
     name: str = "clarabel"
     options: Mapping[str, Any] = field(default_factory=dict)

@@ -1,4 +1,4 @@
-"""What is asked of a cone in a lift: planes beside it, points in it, how far a way leads in it.
+"""Questions to a cone in a lift: planes beside it, points in it, how far a way leads in it.
 
 A ball ``|w| <= t`` is behind each plane ``u . w <= t`` with ``|u| <= 1``, a semidefinite matrix M
 behind each ``u' M u >= 0``. The products in the latter are exact in floats, as u has half of their
@@ -42,12 +42,12 @@ _SINGULAR = 1e-14
 
 
 def radius(cone: Cone, x: np.ndarray) -> float:
-    """Return the radius of a ball at a point; what relates to a matrix has the radius 1."""
+    """Return the radius of a ball at a point; a matrix's has the radius 1."""
     return float(x[cone.scale]) if isinstance(cone, Ball) and cone.scale >= 0 else 1.0
 
 
 def excess(cone: Cone, x: np.ndarray) -> float:
-    """Return how far a point is outside: of a matrix's eigenvalues, relative to the largest."""
+    """Return the excess of a point outside: of a matrix's eigenvalues, relative to the largest."""
     if isinstance(cone, Ball):
         return float(np.linalg.norm(x[cone.columns])) - radius(cone, x)
     values = np.linalg.eigvalsh(x[cone.columns])

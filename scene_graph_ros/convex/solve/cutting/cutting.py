@@ -1,10 +1,10 @@
 """Points, and optima, of rows and cones: each cone is cut out by planes, more where it matters.
 
-What planes there are `cones` says. The centre of the largest ball within rows and cuts is asked;
+`cones` has the planes. The centre of the largest ball within rows and cuts is asked;
 where it is outside a cone, a cut through it is added (Elzinga and Moore, "A central cutting plane
 algorithm", 1975). For optima the best point is cut off instead
-(Kelley 1960), and what is inside on the way to it counts. Rows and cuts together are linear, so
-that what is proven of them is exact.
+(Kelley 1960), and the part inside on the way to it counts. Rows and cuts together are linear, so
+that proofs about them are exact.
 """
 
 from __future__ import annotations
@@ -197,7 +197,7 @@ class _Search:
         return None
 
     def last(self) -> Found:
-        """Return what is known when no more rounds are taken."""
+        """Return the answer when no more rounds are taken."""
         if self.proofs >= _MOST_PROOFS:
             proof = find_point(rows_with_cuts(self.lift, self.cuts))
             if self._is_proof(proof):
@@ -213,13 +213,13 @@ class _Search:
 
 
 def _proof_at(rows: Rows, x: np.ndarray) -> Proof:
-    """Return x as a point of rows exactly, or what `find_point` says."""
+    """Return x as a point of rows exactly, or the answer of `find_point`."""
     point = exact_point(rows, x)
     return find_point(rows) if point is None else Proof("point", point)
 
 
 def proposed_cuts(lift: Lift, proposed: Proposal | None) -> list[Cut]:
-    """Return cuts of what the solver of cone programs proposes."""
+    """Return cuts by the proposal of the solver of cone programs."""
     if proposed is None:
         return []
     found = [Cut(k, shortened(u)) for k, u in proposed.planes]

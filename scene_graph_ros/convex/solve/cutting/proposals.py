@@ -1,4 +1,4 @@
-"""What the solver of cone programs proposes for a lift: a point, and planes that bound it.
+"""Proposals of the solver of cone programs for a lift: a point, and planes that bound it.
 
 Nothing of it is taken for an answer: points and planes are where exact methods begin.
 """
@@ -37,9 +37,9 @@ class Proposal:
 
 
 def propose(lift: Lift, c: np.ndarray | None, about: np.ndarray | None = None) -> Proposal | None:
-    """Return where ``c . x`` is largest, without c where rows and cones are furthest away.
+    """Return the point of largest ``c . x``, without c that furthest from rows and cones.
 
-    The solver's origin is the point ``about (k,)``, so that what is far away keeps its digits.
+    The solver's origin is the point ``about (k,)``, so that far points keep their digits.
     None where the solver fails, also for goals without a largest value.
     """
     size = lift.num_variables

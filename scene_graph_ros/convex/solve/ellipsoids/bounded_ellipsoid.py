@@ -18,7 +18,7 @@ INSCRIBED, OUTSIDE, SINGULAR = 0, 1, 2
 
 @kernel
 def _balance(rows, y):
-    """Change weights by what is least, relative to them, so that weighted rows add up to nothing.
+    """Change weights by the least, relative to them, so that weighted rows add up to zero.
 
     False where the rows don't span all directions.
     """
@@ -44,7 +44,7 @@ def _balance(rows, y):
 
 @kernel
 def _bound(rows, y, reach, slacks):
-    """Return what the log volume of maps after B may be at most, infinite where that fails.
+    """Return an upper bound of the log volume of maps after B, infinite where that fails.
 
     Multipliers y with ``sum y a = 0`` give ``sum y |B' a| <= sum y slack``. With unit vectors
     v along ``B' a`` and ``M = sum y (B' a) v'``, a map F after B has ``trace(F M)`` at most that,
@@ -75,7 +75,7 @@ def _bound(rows, y, reach, slacks):
 
 @kernel
 def _put_inside(A, b, center, B, rows, y):
-    """Return by how much to shrink an ellipsoid so that it is inside, and what that may lack.
+    """Return the factor that shrinks an ellipsoid to be inside, and its error.
 
     ``rows (m, n)`` are ``A B`` and y multipliers of them.
     """

@@ -74,8 +74,8 @@ def smallest_around(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the centre ``(n,)`` and the covariance ``(n, n)`` times n of the optimal weights.
 
     Of points ``(m, n)`` that span space and are about as wide in all directions. The ellipsoid
-    ``(x - c)' S^-1 (x - c) <= 1`` is no larger than the smallest that holds all points, whatever
-    the weights.
+    ``(x - c)' S^-1 (x - c) <= 1`` is no larger than the smallest that holds all points, for any
+    weights.
     """
     m, n = points.shape
     Q = np.concatenate([points, np.ones((m, 1))], axis=1)

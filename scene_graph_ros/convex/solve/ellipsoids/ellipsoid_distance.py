@@ -34,7 +34,7 @@ def nearest_on_axes(radii: np.ndarray, p: np.ndarray) -> np.ndarray:
 
 @kernel
 def _root(q, r, high):
-    """Return where ``sum (q r / (r^2 + s))^2`` is 1, from above: it is less at ``high``."""
+    """Return the root s of ``sum (q r / (r^2 + s))^2 = 1``, from above: it is less at ``high``."""
     low = 0.0
     for _ in range(_MOST_STEPS):
         s = 0.5 * (low + high)

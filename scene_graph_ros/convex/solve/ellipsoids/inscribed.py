@@ -1,8 +1,8 @@
 """The largest ellipsoid within rows: a primal-dual interior point method.
 
 Zhang and Gao, "On numerical solution of the maximum volume ellipsoid problem", SIAM Journal on
-Optimization 14, 2003, section 4: the ellipsoid's square ``(A' Y A)^-1`` is eliminated, and what is
-left are the centre, one multiplier and one slack for each row.
+Optimization 14, 2003, section 4: the ellipsoid's square ``(A' Y A)^-1`` is eliminated; there
+remain the centre, one multiplier and one slack for each row.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ def _squares(A, y, W, lengths):
 def _direction(A, W, y, z, h, r1, r2, r3, dx, rate, is_split):
     """Fill ``dx (n,)`` and ``rate (m,)``, of the multipliers, with a Newton step; False for none.
 
-    What a step does to the rows is solved once, for the centre's part and for the rest.
+    A step's change of the rows is solved once, for the centre's part and for the rest.
     """
     m, n = A.shape
     W = W[:m]
@@ -221,7 +221,7 @@ def _inverse_of_factor(U, E):
 
 @kernel
 def _attempt(A, x, E, weights, drops, enough):
-    """Fill what `largest_within` does; -1 where it fails, 0 where the ellipsoid is not inside."""
+    """Fill the answer of `largest_within`; -1 where it fails, 0 where it is not inside."""
     m, n = A.shape
     W, h, y = np.empty((m, n)), np.empty(m), np.ones(m)
     if not _squares(A, y, W, h):
@@ -271,7 +271,7 @@ def largest_within(A, x, E, weights, enough):
 
 
 def largest_inscribed(A: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return what `largest_within` fills. Raises LinAlgError where it doesn't."""
+    """Return the answer of `largest_within`. Raises LinAlgError where it doesn't."""
     A = np.array(A, dtype=np.float64, order="C")  # one that may be written, as `inscribe` has it
     m, n = A.shape
     x, E, weights = np.empty(n), np.empty((n, n)), np.empty(m)

@@ -1,4 +1,4 @@
-"""What ties the multipliers of rows to each other, where an ellipsoid is inscribed in them.
+"""The relations of the multipliers of rows, where an ellipsoid is inscribed in them.
 
 Of the method in `inscribed`: a matrix of all pairs of rows, which for many rows is of low rank but
 for its diagonal, and then solved by way of that (Woodbury, "Inverting modified matrices", 1950).

@@ -1,9 +1,9 @@
 """Is there a point: the largest ball within rows, or weights that show that there is none.
 
 Floats propose (`active_set`), on rows and variables scaled by powers of two, which changes
-nothing. What decides is checked exactly: a point against all rows, multipliers by solving for
-them in rational arithmetic. Where the proposed basis does not prove what it was to prove, the
-rational simplex method goes on from it. So the answer is true of the numbers given.
+nothing. The deciding proof is checked exactly: a point against all rows, multipliers by solving
+for them in rational arithmetic. Where the proposed basis does not prove its claim, the rational
+simplex method goes on from it. So the answer is true of the numbers given.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ def _with_radius(rows: Rows, weights: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 
 def _weights(rows: Rows) -> np.ndarray:
-    """Return what a unit of radius takes from each scaled inequality, nothing from equations.
+    """Return the cost of a unit of radius in each scaled inequality, none in equations.
 
     A row without variables that holds takes nothing, one that doesn't counts as a length of 1.
     """

@@ -36,7 +36,7 @@ __all__ = ["Optimum", "maximize", "prove_bound"]
 class Optimum:
     """The largest ``c . x``, in floats: infinite, with the direction as ``ray``, if unbounded.
 
-    ``upper`` is what the multipliers ``y (m,)`` bound it by; ``gap`` the difference, which
+    ``upper`` is its bound by the multipliers ``y (m,)``; ``gap`` the difference, which
     includes by how much x is outside and y is off, each at most once.
     """
 

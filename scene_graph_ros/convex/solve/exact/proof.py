@@ -1,4 +1,4 @@
-"""What shows an answer, and how floats' proposals become exact."""
+"""Proofs of answers, and how floats' proposals become exact."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _STEPS_PER_ROW = 20
 
 @dataclass(frozen=True)
 class Proof:
-    """What shows an answer: ``kind`` says what the vector is, which is exact.
+    """The proof of an answer: ``kind`` says which vector it is, which is exact.
 
     ``point``: a point of the set. ``farkas``: weights of the rows, not negative for inequalities,
     whose sum has no variables and a negative right side. ``recession``: a direction in which the
@@ -76,7 +76,7 @@ def as_given(x: Sequence[Fraction], rows: Rows) -> tuple[Fraction, ...]:
 def weights_of_basis(
     A: np.ndarray, b: np.ndarray, num_equalities: int, basis: np.ndarray, goal: np.ndarray
 ) -> tuple[dict[int, Fraction], Fraction] | None:
-    """Return exact multipliers of a basis's rows for a whole goal, and what they bound it by.
+    """Return exact multipliers of a basis's rows for a whole goal, and their bound of it.
 
     None where the basis has none with the right signs.
     """

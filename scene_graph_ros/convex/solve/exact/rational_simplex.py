@@ -1,4 +1,4 @@
-"""The simplex method in rational arithmetic: what it says is so.
+"""The simplex method in rational arithmetic: its answers are proofs.
 
 The same walk as in `active_set`, with Bland's rule (1977), which never runs in circles. All
 numbers are whole: rows are multiplied by powers of two until they are, points have a common
@@ -68,7 +68,7 @@ class RationalSimplex:
         self.X = np.array([v.numerator * (self.q // v.denominator) for v in x], dtype=object)
 
     def point(self) -> tuple[Fraction, ...]:
-        """Return where it stands."""
+        """Return its present vertex."""
         return tuple(Fraction(v, self.q) for v in self.X)
 
     def slacks(self) -> np.ndarray:
@@ -112,7 +112,7 @@ class RationalSimplex:
         return place >= 0
 
     def _entries_of(self, row: int) -> tuple[int, int]:
-        """Return how many entries a row has, and itself: with few first, numbers stay small."""
+        """Return a row's number of entries, and itself: with few first, numbers stay small."""
         return int(np.count_nonzero(self.A[row])), row
 
     def load_basis(self, basis: np.ndarray, x: np.ndarray) -> bool:

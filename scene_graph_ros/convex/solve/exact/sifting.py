@@ -1,7 +1,7 @@
 """Is there a point, where there are many more weights than rows: of hulls of many points.
 
 A weight is a variable of which rows ask that it isn't negative, and equations alone ask more. A
-point needs no more of them than there are other rows (Caratheodory 1911), and what shows that
+point needs no more of them than there are other rows (Caratheodory 1911), and the proof that
 there is none is about those rows. So few weights are asked exactly, the others left at zero;
 where there is no point, the weights that the proof misses are added, and it is asked again
 (sifting, Bixby, Gregory, Lustig, Marsten and Shanno 1992). Floats choose the first ones: those of
@@ -39,7 +39,7 @@ class Weights:
 
 
 def weights_of(rows: Rows) -> Weights | None:
-    """Return the weights where they are many more than what else is asked, else None."""
+    """Return the weights where they are many more than other rows, else None."""
     if rows.A.shape[1] < _FEWEST:
         return None
     split, is_there = rows.num_equalities, rows.A != 0.0
@@ -55,7 +55,7 @@ def weights_of(rows: Rows) -> Weights | None:
 
 
 def find_by_few(rows: Rows, weights: Weights, find: Callable[[Rows], Proof]) -> Proof:
-    """Return what ``find`` returns of all rows, asked of few weights at a time."""
+    """Return the answer of ``find`` for all rows, asked of few weights at a time."""
     left = np.delete(np.arange(len(rows.b)), weights.rows)
     free = np.delete(np.arange(rows.A.shape[1]), weights.columns)
     at_once = _PER_ROW * (len(left) + 1)
@@ -98,8 +98,8 @@ class _Whole:
     def prices(self, y: tuple[Fraction, ...]) -> list[Fraction]:
         """Return the multiplier that each weight's own row needs beside those of the others.
 
-        It is what the weighted sum of the others leaves in the weight's column, so that nothing
-        is left; below zero, the others show nothing about the weight.
+        It is the remainder of the weighted sum of the others in the weight's column, so that
+        nothing is left; below zero, the others show nothing about the weight.
         """
         denominator = math.lcm(*(v.denominator for v in y))
         whole = np.array([v.numerator * (denominator // v.denominator) for v in y], dtype=object)
@@ -120,7 +120,7 @@ class _Whole:
 def _first_choice(
     rows: Rows, weights: Weights, left: np.ndarray, free: np.ndarray, count: int
 ) -> np.ndarray:
-    """Return which weights to ask first: those of the least squares, and those next to them."""
+    """Return the weights to ask first: those of the least squares, and those next to them."""
     from scipy.optimize import nnls
 
     A, b = rows.scaled

@@ -1,4 +1,4 @@
-"""What the multipliers of a basis may be off by.
+"""Bounds of errors of the multipliers of a basis.
 
 They solve a square system; with the approximate inverse R of the basis B and ``E = I - B R`` the
 true ones are within ``|R' rest| / (1 - |E|)`` of those found (Rump, "Verification methods", Acta
@@ -73,7 +73,7 @@ def multipliers_of(A, basis, inverse, goal, y):
 
 @kernel
 def error_of_multipliers(inverse, left, e):
-    """Return by how much true multipliers may differ, of what is left of the goal at most."""
+    """Return a bound of the errors of multipliers, from that of the goal's remainder."""
     n = len(left)
     largest = 0.0
     for j in range(n):

@@ -1,6 +1,6 @@
 """How far inequalities let points go, in floats with bounds of rounding.
 
-Where a set is known to be within a box, multipliers need not be true ones: what the rows leave of
+Where a set is known to be within a box, multipliers need not be true ones: the rows' remainder of
 the goal, times the box, bounds the rest (Neumaier and Shcherbina, "Safe bounds in linear and
 mixed-integer linear programming", 2004).
 """
@@ -105,7 +105,7 @@ def half_widths(A, slacks, basis, inverse, y, error, widths):
 
 @kernel
 def is_bounded_quickly(A):
-    """Tell whether ``A x <= b`` is surely bounded, whatever b is; False leaves it open."""
+    """Tell whether ``A x <= b`` is surely bounded, for any b; False leaves it open."""
     m, n = A.shape
     rows, sides, lengths = np.empty((m, n)), np.empty(m), np.empty(m)
     if n == 0 or not unit_rows(A, np.zeros(m), rows, sides, lengths):
@@ -125,7 +125,7 @@ def positive_multipliers(goal, A, basis, inverse, y):
 
 @kernel
 def reach_bound(goal, A, slacks, basis, widths, y):
-    """Return what ``goal . (x - x0)`` is at most in a set within half widths of x0.
+    """Return an upper bound of ``goal . (x - x0)`` in a set within half widths of x0.
 
     ``slacks (m,)`` are those of x0, none too small, and multipliers y ``(n,)`` of the basis's rows
     at least 0.

@@ -1,8 +1,8 @@
 """Points of inequalities in floats, proven by bounds of rounding, or left open.
 
 A way to a point, or the simplex method (`active_set`), proposes; a point is tested against each
-row, and multipliers that show that there is none are bounded (`basis_bounds`). What is left open
-is for rational arithmetic.
+row, and multipliers that show that there is none are bounded (`basis_bounds`). A question left
+open is for rational arithmetic.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def _relax(columns, b, lengths, x):
 
 @kernel
 def point_of_unit_rows(rows, columns, sides, lengths, x):
-    """Do what ``point_quickly`` does for unit rows, which are given as columns, too, from x on."""
+    """Do the same as ``point_quickly`` for unit rows, also given as columns, from x on."""
     m, n = rows.shape
     if _relax(columns, sides, lengths, x) and holds(columns, sides, m, -1, x):
         return POINT
@@ -126,7 +126,7 @@ def center_quickly(A, b, x):
     """Fill the centre ``(n,)`` of the largest ball in ``A x <= b``; tell whether that is shown.
 
     False where there may be no point, or balls as large as one likes, or where multipliers don't
-    bound the radius by what it is, to rounding.
+    bound the radius by its value, to rounding.
     """
     m, n = A.shape
     rows, sides, lengths = np.empty((m, n)), np.empty(m), np.empty(m)
@@ -158,7 +158,7 @@ def center_quickly(A, b, x):
 def _contradict(rows, sides, lengths, basis, inverse):
     """Tell whether true multipliers of a basis of n + 1 rows surely show that there is no point.
 
-    They have ``sum y a = 0`` and ``sum y length = 1`` whatever the lengths are rounded to, since
+    They have ``sum y a = 0`` and ``sum y length = 1`` for any rounding of the lengths, since
     these are one column of the system.
     """
     m, n = rows.shape

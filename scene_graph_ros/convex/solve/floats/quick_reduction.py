@@ -40,7 +40,7 @@ _TURNS = 2
 
 
 class _Needed(NamedTuple):
-    """Rows that are needed, as far as they are known, and corners of what they leave.
+    """Rows that are needed, as far as they are known, and corners of their polyhedron.
 
     ``rows (m + 1, n)``, columns, sides and slacks have room for one more; ``counts`` are how many
     rows and corners there are. ``inverses (c, n, n)`` are those of the corners' bases; behind them

@@ -1,4 +1,4 @@
-"""How far inequalities reach along directions, in floats with what rounding may make of it."""
+"""Supports of inequalities along directions, in floats with bounds of rounding."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ _ROUNDING = 16.0 * EPSILON
 
 @kernel
 def support_quickly(A, b, start, goal, x):
-    """Move x to where a goal is largest in ``A x <= b``; return what that may be too small by.
+    """Move x to the largest goal in ``A x <= b``; return a bound of its shortfall.
 
-    From a point ``start (n,)`` of the set. The gap is what multipliers leave of the slacks and of
-    the goal; -1 where the reach may be without end, or no multipliers bound it.
+    From a point ``start (n,)`` of the set. The gap is the multipliers' remainder of the slacks and
+    of the goal; -1 where the reach may be without end, or no multipliers bound it.
     """
     m, n = A.shape
     rows, sides, lengths = np.empty((m, n)), np.empty(m), np.empty(m)
@@ -58,10 +58,10 @@ def support_quickly(A, b, start, goal, x):
 
 @kernel
 def _beyond_corner(goal, rows, sides, x, basis, y, reach):
-    """Return what ``goal . z`` is at most above that of a corner x, for z within a reach of it.
+    """Return an upper bound of ``goal . (z - x)`` at a corner x, for z within a reach of it.
 
-    What multipliers y, at least 0, of the basis's rows make of the slacks there, and of what they
-    leave of the goal; both as if in twice the digits, so that simple numbers have no gap.
+    The products of multipliers y, at least 0, of the basis's rows and the slacks, and their
+    remainder of the goal; both as if in twice the digits, so that simple numbers have no gap.
     """
     n = len(x)
     chosen, across, ends = np.zeros((n, n)), np.zeros((n, n)), np.zeros(n)

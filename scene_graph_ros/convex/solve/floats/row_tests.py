@@ -1,4 +1,4 @@
-"""Tests of rows and points that a decision rests on, each with a bound of what rounding may do."""
+"""Tests of rows and points that a decision rests on, each with a bound of rounding."""
 
 from __future__ import annotations
 

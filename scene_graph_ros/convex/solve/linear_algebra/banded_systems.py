@@ -23,7 +23,7 @@ it is matters little, as long as what is beside it is passed on."""
 def factor_band(M, signs, L):
     """Set ``L (n, w + 1)`` to the band of L with ``L D L' = M``, and D where L has ones.
 
-    ``signs (n,)`` are what pivots have to be, 1 or -1.
+    ``signs (n,)`` are the signs of pivots, 1 or -1.
     """
     n, width = M.shape
     for i in range(n):
@@ -44,7 +44,7 @@ def factor_band(M, signs, L):
 
 @lean_kernel
 def solve_band(L, x):
-    """Replace x ``(n,)`` by the solution of ``L D L' x = x``; what is behind n is left alone."""
+    """Replace x ``(n,)`` by the solution of ``L D L' x = x``; entries behind n are left alone."""
     n, width = L.shape
     for i in range(n):
         total = x[i]

@@ -16,7 +16,7 @@ __all__ = ["add_border", "eliminate", "substitute_backward", "substitute_forward
 def eliminate(k, width, at, systems):
     """Factor the first k columns as U' U, and replace the others by U'^-1 times them.
 
-    False where they are not positive definite. Only what is on and above the diagonal is read.
+    False where they are not positive definite. Only entries on and above the diagonal are read.
     """
     for i in range(k):
         own = systems[at + i * width + i : at + (i + 1) * width]

@@ -56,7 +56,7 @@ def solve_factored(U, T):
 
 @kernel
 def solve_general(M, x):
-    """Replace x ``(n,)`` by ``M^-1 x`` and M by what elimination makes of it.
+    """Replace x ``(n,)`` by ``M^-1 x`` and M by its factors.
 
     With partial pivoting. Return False where M is singular.
     """

@@ -1,4 +1,4 @@
-"""What is left of a row at a point, as if in twice the digits."""
+"""Residuals of rows at points, as if in twice the digits."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def exact_residuals(columns, b, count, x, rests, errors):
 
 @kernel
 def bounded_residuals(columns, b, x, rests, bounds):
-    """Fill `exact_residual` of all rows of ``columns (n, m)``, and what each may be off by.
+    """Fill `exact_residual` of all rows of ``columns (n, m)``, and a bound of each one's error.
 
     That is `residual_error`, or nothing where no product and no sum was rounded.
     """
@@ -86,7 +86,7 @@ def bounded_residuals(columns, b, x, rests, bounds):
 
 @kernel
 def residual_error(row, x, side, rest):
-    """Return what `exact_residual` may be off by (Ogita, Rump and Oishi 2005, proposition 5.5)."""
+    """Return the error bound of `exact_residual` (Ogita, Rump and Oishi 2005, prop. 5.5)."""
     n = len(x)
     size = abs(side)
     for k in range(n):

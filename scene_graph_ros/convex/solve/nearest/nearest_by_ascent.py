@@ -28,7 +28,7 @@ _CURVED = 1e-12
 
 
 class _Ascent:
-    """What is known: the best plane, the nearest point, and how the gradient changes."""
+    """The state: the best plane, the nearest point, and how the gradient changes."""
 
     def __init__(
         self, reach: Callable[[np.ndarray], tuple[float, np.ndarray, float]], p: np.ndarray
@@ -39,7 +39,7 @@ class _Ascent:
         self.is_scaled = False
 
     def at(self, u: np.ndarray) -> tuple[float, np.ndarray]:
-        """Return how far the plane along u is from p, and its slope along the sphere."""
+        """Return the distance of the plane along u from p, and its slope along the sphere."""
         value, x, rounding = self.reach(u)
         plane, way = float(u @ self.p) - value, self.p - x
         self.lower = max(self.lower, plane - rounding)

@@ -2,7 +2,7 @@
 
 The nearest point of the hull of points found so far is sought, then the point of the set furthest
 on the way from there to the goal is added. On polytopes it ends after finitely many points, on
-others it converges; the plane through the furthest point bounds what is missing.
+others it converges; the plane through the furthest point bounds the error.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ def nearest_by_support(
 ) -> tuple[float, np.ndarray, float]:
     """Return the distance of p ``(n,)`` from a bounded set, the nearest point and the gap.
 
-    ``reach(direction)`` is how far the set reaches, at which point, and what the value may be too
-    small by.
+    ``reach(direction)`` is the set's support, the point, and a bound of the value's
+    shortfall.
     """
     direction = np.where(p != 0.0, p, 1.0)
     _, first, _ = reach(direction / np.linalg.norm(direction))

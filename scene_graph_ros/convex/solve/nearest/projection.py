@@ -29,7 +29,7 @@ _ROUNDING = 1e-10
 
 @kernel
 def _append(a, Q, R, k):
-    """Split a row into what active ones span and the rest; return the rest's length.
+    """Split a row into the part that active ones span and the rest; return the rest's length.
 
     Writes the weights as column k of ``R`` and the rest, of unit length, as column k of ``Q``.
     """
@@ -78,7 +78,7 @@ def _length(x):
 
 @kernel
 def _most_broken(A, columns, b, lengths, num_equalities, is_held, x, rests, room):
-    """Return the row that x breaks by the longest way, -1 for none; fill what is left of rows."""
+    """Return the row that x breaks by the longest way, -1 for none; fill the rows' residuals."""
     row, worst = -1, 0.0
     exact_residuals(columns, b, len(b), x, rests, room)
     for i in range(len(b)):
@@ -124,7 +124,7 @@ def _settle(A, b, active, k, Q, R, x):
 
 @kernel
 def _first_to_drop(y, steps, lengths, length, active, k, num_equalities):
-    """Return how far to go until the first multiplier of an inequality is 0, and its place."""
+    """Return the step until the first multiplier of an inequality is 0, and its index."""
     step, drop = np.inf, -1
     for j in range(k):
         i = active[j]
@@ -201,7 +201,7 @@ def project_points(
     """Return the nearest points ``(p, n)`` of a polyhedron that isn't empty, and multipliers.
 
     ``points (p, n)``; multipliers ``(p, m)`` of the rows ``A (m, n)``, those first that are
-    equations: what leads from a nearest point to the point is their weighted sum. The last number
+    equations: the vector from a nearest point to the point is their weighted sum. The last number
     is the first point for which the method failed, -1 for none.
     """
     nearest, y = points.copy(), np.zeros((len(points), len(b)))

@@ -1,4 +1,4 @@
-"""Gram matrices weighted by rows, and moments: what an interior-point method does to them.
+"""Gram matrices weighted by rows, and moments: steps of an interior-point method.
 
 A group is an identity ``sum over rows of row(u) m(u)' G m(u) = p(u)`` with a Gram matrix G of
 order m for each row, all of one basis. In all groups together matrices are one array, each line by
@@ -56,7 +56,7 @@ class GroupTable(NamedTuple):
 
 @lean_kernel
 def add_monomials(table, g, grams, room, out):
-    """Add to ``out`` what a group's Gram matrices have of each monomial."""
+    """Add to ``out`` a group's Gram matrices' coefficients of each monomial."""
     groups, base, shift, rows = table.groups, table.base, table.shift, table.rows
     square, q = groups[g, ORDER] ** 2, groups[g, PRODUCTS]
     first_base, first_shift = groups[g, BASE], groups[g, SHIFT]
@@ -98,7 +98,7 @@ def localize(table, g, moments, room, out):
 def add_schur(table, g, grams, inverses, width, room, out):
     """Add ``<A_e, G A_f S^-1>`` to a group's system, whose rows are ``width`` long.
 
-    A_e is what the localizing matrices have of the moment e, ``inverses`` are those of S.
+    A_e is the localizing matrices' coefficient of the moment e, ``inverses`` are those of S.
     """
     groups, base, shift, rows = table.groups, table.base, table.shift, table.rows
     m, q = groups[g, ORDER], groups[g, PRODUCTS]

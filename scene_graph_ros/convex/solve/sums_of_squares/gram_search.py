@@ -80,7 +80,7 @@ def improve(program, point, step, rest, order, gap, least, iterations):
 
 @lean_kernel
 def _steps(table, point, step, longest, room):
-    """Return how far Gram matrices and localizing matrices may go."""
+    """Return the largest steps of Gram matrices and localizing matrices."""
     along = longest_step(table, point.grams, step.grams, longest, room)
     return along, longest_step(table, point.slacks, step.slacks, longest, room)
 

@@ -2,8 +2,8 @@
 
 Along the direction that makes ``G S`` symmetric by the localizing matrix S (Helmberg, Rendl,
 Vanderbei and Wolkowicz, "An interior-point method for semidefinite programming", 1996). Each
-identity has a small system of its moments; the free variables x are what all of them have in
-common: the systems' border.
+identity has a small system of its moments; the free variables x are the
+common part: the systems' border.
 """
 
 from __future__ import annotations
@@ -61,11 +61,11 @@ class Point(NamedTuple):
 
 
 class Rest(NamedTuple):
-    """What a point is off by, and what belongs to it.
+    """The residuals of a point, and its factors.
 
     ``identities``, ``slacks`` and ``columns`` are to be zero. ``inverses`` are those of the
-    localizing matrices, ``wanted`` is the step of the Gram matrices but for what moments do to
-    it. ``systems`` and ``border`` are factored; what is below is overwritten.
+    localizing matrices, ``wanted`` is the step of the Gram matrices without the moments' part of
+    it. ``systems`` and ``border`` are factored; the arrays below are overwritten.
     """
 
     identities: np.ndarray
@@ -82,7 +82,7 @@ class Rest(NamedTuple):
 
 @lean_kernel
 def measure(program, point, rest):
-    """Set what a point is off by; return its cost, and the product of all matrices."""
+    """Set the residuals of a point; return its cost, and the product of all matrices."""
     table, factors = program.table, program.factors
     x, y = point.x, point.moments
     f = len(x)
@@ -111,7 +111,7 @@ def measure(program, point, rest):
 
 @lean_kernel
 def _weigh(program, point, rest):
-    """Add what traces cost to what matrices are off by; return the cost."""
+    """Add the cost of traces to the residuals of matrices; return the cost."""
     groups, value = program.table.groups, 0.0
     for g in range(len(groups)):
         m, at = groups[g, ORDER], groups[g, FIRST_GRAM]
@@ -125,7 +125,7 @@ def _weigh(program, point, rest):
 
 @lean_kernel
 def prepare(program, point, rest):
-    """Factor the systems at a point, and set what is wanted without centering.
+    """Factor the systems at a point, and set the wanted step without centering.
 
     False where rounding does not allow it.
     """
@@ -160,7 +160,7 @@ def prepare(program, point, rest):
 
 @lean_kernel
 def center(table, mean, step, rest):
-    """Add to what is wanted: products of ``mean``, less what the predictor's step leaves out."""
+    """Add to the wanted step: products of ``mean``, less what the predictor's step leaves out."""
     groups = table.groups
     for i in range(len(rest.wanted)):
         rest.wanted[i] += mean * rest.inverses[i]
@@ -173,9 +173,9 @@ def center(table, mean, step, rest):
 
 @lean_kernel
 def find_direction(program, point, rest, step, refinements):
-    """Set the step that makes Gram matrices what is wanted, and all that is open zero.
+    """Set the step to the wanted Gram matrices with zero residuals.
 
-    Where matrices are nearly singular, so are the systems: what the step leaves open is solved
+    Where matrices are nearly singular, so are the systems: the step's residuals are solved
     for again, ``refinements`` times.
     """
     table = program.table
@@ -202,7 +202,7 @@ def find_direction(program, point, rest, step, refinements):
 
 @lean_kernel
 def _find_rest(program, rest, step):
-    """Set the right sides to what a step leaves open."""
+    """Set the right sides to a step's residuals."""
     table, factors, f = program.table, program.factors, len(step.x)
     for j in range(f):
         rest.change_x[j] = -rest.columns[j]
@@ -242,7 +242,7 @@ def _solve(program, rest):
 
 @lean_kernel
 def _follow(program, point, rest, step):
-    """Set a step's matrices to what its moments make of them."""
+    """Set a step's matrices from its moments."""
     table, groups = program.table, program.table.groups
     for i in range(len(step.grams)):
         step.grams[i] = rest.wanted[i]

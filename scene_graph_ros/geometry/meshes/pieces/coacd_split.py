@@ -52,9 +52,9 @@ def split_by_coacd(surface: Surface, pieces: MeshPieces, name: str) -> list[Floa
     """Return the corners (k, 3) of each piece, metres.
 
     Args:
-        surface: what is split; the library closes one that is open.
+        surface: the mesh to split; the library closes one that is open.
         pieces: with its threshold and seed.
-        name: what messages call the mesh.
+        name: the mesh's name in messages.
 
     Raises:
         MeshError: the library is not installed and nothing is kept, or it failed, or not within

@@ -1,7 +1,7 @@
 """How far one solid reaches out of another one, with a bound: branch and bound over boxes.
 
 The distance to a solid, negative inside, changes by no more than the way that is gone. So it is,
-anywhere in a cube, at most what it is in the middle and half the cube's diagonal more. Cubes that
+anywhere in a cube, at most its value in the middle and half the cube's diagonal more. Cubes that
 can't hold a point further out than one that is known, or none of the first solid, are left out;
 others are cut into eight.
 """
@@ -125,7 +125,7 @@ def _signed(points: FloatArray, surface: Surface) -> FloatArray:
 
 
 def farthest_outside(body: Surface, other: Surface) -> Reach:
-    """Return how far a point of one solid, or of its sheets, is out of another one at most."""
+    """Return the largest distance of a point of one solid, or its sheets, outside of another."""
     used = body.vertices[np.unique(body.triangles)]
     lower, upper = used.min(axis=0), used.max(axis=0)
     size = float((upper - lower).max())

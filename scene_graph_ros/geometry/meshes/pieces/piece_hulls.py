@@ -23,7 +23,7 @@ _ONE_PLANE = 0.1
 
 
 def hulls_of_pieces(pieces: Sequence[FloatArray], name: str) -> list[Hull]:
-    """Return the hulls of points (k, 3) each; what has no area is no piece.
+    """Return the hulls of points (k, 3) each; one without area is no piece.
 
     Raises MeshError where none is left, or there are more than MOST_PIECES.
     """

@@ -148,7 +148,7 @@ class _Boxes:
         self.put(self._count - 1, piece)
 
     def put(self, k: int, piece: _Piece) -> None:
-        """Say what the piece k is now."""
+        """Set the piece k."""
         self._bounds[k] = self._bounds_of([point for point, _ in piece.sides])
 
     def meeting(self, rows: Sequence[int]) -> list[int]:

@@ -43,7 +43,7 @@ def may_have_cavities(members: list[Part]) -> bool:
 
 
 def cavities_among(vertices: FloatArray, members: list[Part], bodies: Sequence[Any]) -> list[bool]:
-    """Tell which parts are inside of an odd number of others and run against the smallest.
+    """Mark the parts inside of an odd number of others and run against the smallest.
 
     ``bodies`` are the parts for ``manifold3d``, with None for those that it refuses.
     """

@@ -27,7 +27,7 @@ _BESIDE = 1e-9
 def outside_of_solid(
     corners: FloatArray, vertices: FloatArray, triangles: IntArray, size: float
 ) -> tuple[FloatArray, IntArray]:
-    """Return what is left of a sheet's triangles outside of a solid.
+    """Return the parts of a sheet's triangles outside of a solid.
 
     Args:
         corners: (n, 3, 3) of the sheet.
@@ -144,7 +144,7 @@ def _cut(triangle: FloatArray, across: FloatArray, slack: float) -> FloatArray:
 def _is_inside(
     corners: FloatArray, vertices: FloatArray, triangles: IntArray, slack: float
 ) -> NDArray[np.bool_]:
-    """Tell which triangles are inside of a solid, or on its boundary."""
+    """Return a mask of the triangles inside of a solid, or on its boundary."""
     middles, step = corners.mean(axis=1), slack * _normals(corners)
     inside = winding_numbers(middles + step, vertices, triangles) > 0
     return inside | (winding_numbers(middles - step, vertices, triangles) > 0)

@@ -26,7 +26,7 @@ _DEEP = 1e-9
 
 @lean_kernel
 def _heights(vertices, triangles, t, origin, n):
-    """Return how far the corners of a triangle are above a plane, times the length of n."""
+    """Return the heights of a triangle's corners above a plane, times the length of n."""
     return (
         dot(n, subtract(load_vector(vertices, triangles[t, 0]), origin)),
         dot(n, subtract(load_vector(vertices, triangles[t, 1]), origin)),
@@ -159,7 +159,7 @@ def first_crossing(
     """Return a point (3,) where a triangle passes through another one, or lies on it, or None.
 
     Triangles lie on each other where a surface is folded flat, so that it has nothing between its
-    sides: near it neither the one nor the other normal tells what is inside.
+    sides: near it neither the one nor the other normal tells the inside.
 
     Args:
         vertices: (v, 3).

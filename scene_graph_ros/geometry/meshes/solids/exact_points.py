@@ -85,7 +85,7 @@ class ExactPoints:
                 self.owners[ascending(row[k], row[(k + 1) % 3])].append(t)
 
     def height(self, point: int, t: int) -> float:
-        """Return how far a point is above a triangle's plane: of the right sign, or exactly 0."""
+        """Return a point's height above a triangle's plane: of the right sign, or exactly 0."""
         if t in self._planes[point] or point in self.rows[t]:
             return 0.0
         (nx, ny, nz), (ox, oy, oz), (x, y, z) = self._normals[t], self._origins[t], self.at[point]
@@ -110,7 +110,7 @@ class ExactPoints:
         return self._get((a, b, c), frozenset((a, b, c)))
 
     def make_corner(self, point: int) -> None:
-        """Say that polygons end at a point; what meets them has it on its sides."""
+        """Have polygons end at a point; others that meet them have it on their sides."""
         if point in self._corners:
             return
         self._corners.add(point)
@@ -146,7 +146,7 @@ class ExactPoints:
         return row
 
     def _meeting(self, key: Key) -> Homogeneous:
-        """Return where an edge and a plane meet, or three planes: (w x, w y, w z, w), w > 0."""
+        """Return the point of an edge and a plane, or three planes: (w x, w y, w z, w > 0)."""
         if len(key) == 2:
             (u, v), t = key
             normal, offset = self._plane_of(t)

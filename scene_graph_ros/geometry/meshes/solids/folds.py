@@ -1,8 +1,8 @@
-"""Open or close what is folded flat, so that cutting finds what is inside.
+"""Open or close flat folds, so that cutting finds the inside.
 
 Two triangles of a surface that lie on each other, back to back or face to face, have nothing
 between them. They are moved apart or into each other by PRESSED: where the solid is on both sides
-of them, outwards, so that they overlap in it; where it is on neither, inwards, so that what is
+of them, outwards, so that they overlap in it; where it is on neither, inwards, so that the space
 between them winds the other way. Cutting along their crossings then drops both.
 """
 

@@ -31,7 +31,7 @@ def kept_solid(
     options: tuple[Any, ...],
     find: Callable[[], Parts],
 ) -> Parts:
-    """Return what ``find`` makes of triangles (m, 3) over vertices (v, 3), or was kept of it.
+    """Return the answer of ``find`` for triangles (m, 3) over vertices (v, 3), or a kept one.
 
     ``options`` are all else that it depends on, but for the code, which is looked at here.
     """

@@ -1,4 +1,4 @@
-"""What was made of the triangles of a mesh, in numbers and in one sentence."""
+"""The report on the triangles of a mesh, in numbers and in one sentence."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class PiecesReport:
 
 @dataclass(frozen=True)
 class MeshReport:
-    """What the triangles of a mesh mean, and what had to be put right for it."""
+    """The solid that the triangles of a mesh mean, and its repairs."""
 
     parts: int
     """Closed parts, cavities among them."""

@@ -26,7 +26,7 @@ _ALIKE = 0.9
 
 
 class Parts(NamedTuple):
-    """Triangles, each part oriented outwards, and what is known of the parts."""
+    """Triangles, each part oriented outwards, and the parts' properties."""
 
     triangles: IntArray
     """(m, 3): those of closed parts run counter-clockwise seen from outside of the part."""
@@ -102,7 +102,7 @@ def _directions(edges: Edges, turned: NDArray[np.bool_]) -> IntArray:
 def _closed(
     edges: Edges, label: IntArray, turned: BoolArray, is_two_sided: BoolArray
 ) -> NDArray[np.bool_]:
-    """Tell which parts run through each of their edges as often one way as the other."""
+    """Return a mask of the parts that run through each edge as often one way as the other."""
     count = len(is_two_sided)
     closed = is_two_sided.copy()
     order = edges.order

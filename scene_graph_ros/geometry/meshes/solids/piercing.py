@@ -156,7 +156,7 @@ def _candidates(vertices, triangles, lower, upper, tree, most, limit):
 
 
 def piercings(vertices: FloatArray, triangles: IntArray) -> Piercings:
-    """Return which edges pass through which triangles.
+    """Return the pairs of edges and triangles that they pass through.
 
     Args:
         vertices: (v, 3) whole numbers, in general position.

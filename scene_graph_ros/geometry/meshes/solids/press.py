@@ -93,7 +93,7 @@ def _is_beside(vertices, triangles, normals, t, s, shared):
 
 @lean_kernel
 def gap_between(vertices, triangles, normals, t, s, least, most, shared):
-    """Return how far two triangles are apart that face each other within a gap, else -inf.
+    """Return the distance of two triangles that face each other within a gap, else -inf.
 
     Heights are linear where the triangles overlap, so the corners of either bound the gap there.
     """

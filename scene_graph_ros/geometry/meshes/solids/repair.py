@@ -1,4 +1,4 @@
-"""Close what is nearly closed: doubled triangles, seams, T vertices, strays.
+"""Close nearly closed surfaces: doubled triangles, seams, T vertices, strays.
 
 In this order, and only where an edge is open: vertices on open edges that are within a tolerance
 of each other are welded; an edge with such a vertex beside it is split there; of triangles on the
@@ -34,7 +34,7 @@ _PASSES = 24
 def repaired(
     vertices: FloatArray, triangles: IntArray, tolerance: float, *, layers: int
 ) -> tuple[IntArray, list[Repair]]:
-    """Return the triangles (m, 3) over the same vertices, and what was done.
+    """Return the triangles (m, 3) over the same vertices, and the repairs.
 
     Args:
         vertices: (v, 3), no two equal.

@@ -1,4 +1,4 @@
-"""Collapse edges that are as short as what bodies are united to."""
+"""Collapse edges that are as short as the accuracy of unions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the triangles of a mesh mean: the boundary of a solid, and sheets beside it.
+"""The meaning of a mesh's triangles: the boundary of a solid, and sheets beside it.
 
 1. Vertices with equal coordinates are one vertex; triangles that use one twice are dropped.
 2. Where edges are not of two triangles each, the mesh is repaired (``repair``).
@@ -71,7 +71,7 @@ _NOTHING = Solid(
 def solid_of(
     vertices: FloatArray, triangles: IntArray, repair_tolerance: float, *, resolve: bool = False
 ) -> Solid:
-    """Return what (m, 3) triangles over (v, 3) vertices mean.
+    """Return the solid of (m, 3) triangles over (v, 3) vertices.
 
     ``repair_tolerance`` is relative to the size: how large gaps are that are closed. ``resolve``
     says that the solid that was found before crosses itself somewhere.
@@ -205,7 +205,7 @@ def _labels(triangles: IntArray) -> IntArray:
 def _report(
     parts: Parts, united: United, sheets: int, repairs: list[Repair], open_edges: FloatArray
 ) -> MeshReport:
-    """Put what was found in words; ``open_edges`` (k, 2, 3) are those of the sheets."""
+    """Put the findings in words; ``open_edges`` (k, 2, 3) are those of the sheets."""
     closed = int(parts.is_closed.sum())
     reason = united.doubt
     if sheets:

@@ -74,7 +74,7 @@ class _Piece(NamedTuple):
 
 
 class _NotUnitedError(Exception):
-    """The library refuses a part, or its result is not what the parts wind around."""
+    """The library refuses a part, or its result is not the parts' union by winding numbers."""
 
 
 def unite(vertices: FloatArray, parts: Parts, tolerance: float, *, resolve: bool) -> United:
@@ -125,7 +125,7 @@ def _has_edges_of_two(triangles: IntArray) -> bool:
 
 
 def _counted(united: United, piece: _Piece, middle: FloatArray) -> United:
-    """Add what was found out about one group of parts, whose middle is the origin there."""
+    """Add the report on one group of parts, whose middle is the origin there."""
     crossings, slit = united.crossings, united.slit
     if piece.crossing is not None:
         crossings = (*crossings, piece.crossing + middle)
@@ -261,7 +261,7 @@ def _about(
 
 
 def _resolved_group(points: FloatArray, oriented: IntArray) -> tuple[FloatArray, IntArray]:
-    """Return the boundary of what triangles wind around, by cutting them where they cross."""
+    """Return the boundary of the space triangles wind around, by cutting their crossings."""
     try:
         found = resolved(unfolded(points, oriented), oriented)
     except TooManyError as error:

@@ -1,6 +1,6 @@
 """Winding numbers of points, counted along rays: exact but for points that are on the surface.
 
-Nothing here knows how a surface came about, so that it can judge what others made.
+Nothing here knows how a surface came about, so that it can judge others' work.
 """
 
 from __future__ import annotations

@@ -50,7 +50,7 @@ def checked_count(shape: Shape, resolution_hint: float, size: float, elements: i
     Args:
         shape: whose mesh it would be.
         resolution_hint: metres.
-        size: metres, what is divided by the hint.
+        size: metres, to be divided by the hint.
         elements: how many the mesh would have.
 
     Raises:

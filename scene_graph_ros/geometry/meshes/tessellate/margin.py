@@ -30,7 +30,7 @@ def grown(solid: Solid, margin: float, depth: float, name: str) -> Solid:
         solid: any; its vertices on the surface come first.
         margin: metres, above 0.
         depth: metres that the extent 1 stands for.
-        name: what messages call the shape.
+        name: the shape's name in messages.
 
     Returns:
         the outer vertices first, with an extent of ``-margin / depth``, then those of ``solid``.

@@ -1,4 +1,4 @@
-"""What every tessellator of a solid returns."""
+"""The answer of every tessellator of a solid."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Exact contacts on known features: their normal, and from it where they touch.
 
 Vertices, rims and smooth surfaces leave the normal free, an edge or a cylinder's side forces it to
-be orthogonal to it, a face fixes it altogether. What is free is found by Newton's method
+be orthogonal to it, a face fixes it altogether. A free normal is found by Newton's method
 (``free_normal``). That stays well conditioned through touching, because the normal is an unknown
 and not a ratio of small numbers.
 """
@@ -43,7 +43,7 @@ def _across_lines(e, f, m, n):
     """Return the unit vector across the lines e and f, on the side of n; m is e x f.
 
     A cross product of nearly parallel vectors is rounding by as much as it is short, also along
-    them. The difference of such vectors is exact, and so what of it is across e leaves no more of
+    them. The difference of such vectors is exact, and so its part across e leaves no more of
     the normal along either line than rounding.
     """
     if norm(m) < SMALL_ANGLE:
@@ -97,7 +97,7 @@ def contact_of_features(features, n, a, b, size):
 
 @lean_kernel
 def _line_parameters(feature_A, feature_B, a, b):
-    """Return where two lines through a and b come closest; mid of the overlap for parallels."""
+    """Return the closest points of two lines through a and b; mid of the overlap for parallels."""
     e, f = feature_A[2], feature_B[2]
     rest = subtract(b, a)
     cosine = dot(e, f)
@@ -120,7 +120,7 @@ def _line_parameters(feature_A, feature_B, a, b):
 def _on_face(face, line, b, near):
     """Return the point of a line along a face, b at s = 0, that is beside ``near``.
 
-    Over a disc it is the middle of what the line shares with it: at a tangent no other is right,
+    Over a disc it is the middle of the line's part over it: at a tangent no other is right,
     as the line leaves the disc quadratically.
     """
     e = line[2]
@@ -136,7 +136,7 @@ def _on_face(face, line, b, near):
 
 @lean_kernel
 def _middle_of_discs(face_A, face_B):
-    """Return the middle of what two parallel discs share, on the line of their centres, in A's."""
+    """Return the middle of two parallel discs' overlap, on the line of their centres, in A's."""
     q = subtract(face_B[1], face_A[1])
     q = axpy(-dot(q, face_A[2]), face_A[2], q)
     length = norm(q)
@@ -151,7 +151,7 @@ def _contact_points(features, n, a, b):
     """Return the witness points (a, b) of two features for their normal n.
 
     The a and b given are near: they are used where the features leave the points a choice (a line
-    or a face on a polygon); on a disc, the middle of what is shared is taken. Nothing is clamped:
+    or a face on a polygon); on a disc, the middle of the overlap is taken. Nothing is clamped:
     the caller checks that the points lie on the bodies.
     """
     feature_A, feature_B, core_A, core_B, R = features

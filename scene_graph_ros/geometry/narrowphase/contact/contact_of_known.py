@@ -62,7 +62,7 @@ def _features(P, Q, hulls, d, where, index, tie, S):
 def contact_of_known(pair, n, where, index, size, work):
     """Return (is proven, contact) as ``refine`` does.
 
-    n, ``where`` and ``index`` are what ``least_depth`` returned, with its workspace.
+    n, ``where`` and ``index`` are the answer of ``least_depth``, with its workspace.
     """
     A, B, hulls = body_A(pair), body_B(pair), pair.hulls
     tie = TIE * EPSILON * size

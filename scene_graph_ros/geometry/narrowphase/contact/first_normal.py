@@ -1,7 +1,7 @@
 """Where a corner touches a rim or an ellipsoid, as a normal to begin with.
 
 The nearest point of those is in closed form, or but for a root. Newton's method for the normal
-then has next to nothing to do, and what it finds is as well conditioned as without.
+then has next to nothing to do, and its answer is as well conditioned as without.
 """
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
@@ -52,7 +52,7 @@ def _from_ellipsoid(smooth, core, R, vertex, n):
 def first_normal(features, n, size):
     """Return a unit vector near the normal n of two features, where a corner tells it better.
 
-    Only of corners outside: inside, what is nearest need not be where n leads.
+    Only of corners outside: inside, the nearest one need not be where n leads.
     """
     feature_A, feature_B = features.A, features.B
     out = scale(-1.0, n)

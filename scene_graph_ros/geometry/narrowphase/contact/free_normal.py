@@ -5,7 +5,7 @@ vectors n of phi(n) = n . (a - b). Its gradient on the sphere is the part of a -
 n, its Hessian -(W_A + W_B + phi 1) with the features' radii of curvature W.
 
 A feature around c has the support function c . d + |M d| with a linear map M: an ellipsoid's
-scales by the semi-axes, a rim's and a round line's drop what is along the axis and scale the rest
+scales by the semi-axes, a rim's and a round line's drop the part along the axis and scale the rest
 by the radius, a vertex' is 0. With m = M d / |M d|, its support point has the product
 c . t + m . (M t) with any t, and the Hessian of its support function the product
 (m x M t) . (m x M u) / |M d| with any two.
@@ -127,7 +127,7 @@ def _on_line(along, t, s):
 
 @lean_kernel
 def _newton_step(g, h, floor):
-    """Return the step that ascends along one eigendirection, whatever the sign of h."""
+    """Return the step that ascends along one eigendirection, for any sign of h."""
     return max(-MAX_STEP, min(MAX_STEP, g / max(abs(h), floor)))
 
 

@@ -108,7 +108,7 @@ def contact(feature_A, feature_B, pair, n, a, b, size, simplex):
 
 @lean_kernel
 def _unproven(nearly, n, a, b, highest, allowed):
-    """Return what ``refine`` does without a proof, from the contact that came nearest to one."""
+    """Return the answer of ``refine`` without a proof, from the contact nearest to one."""
     error = norm(axpy(-highest, n, subtract(a, b)))
     if nearly.error < error and nearly.distance >= highest - allowed:
         return False, nearly

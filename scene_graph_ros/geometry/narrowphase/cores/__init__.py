@@ -1,1 +1,1 @@
-"""What each kind of core answers to the questions of the narrow phase, a file each."""
+"""The answers of each kind of core to the questions of the narrow phase, a file each."""

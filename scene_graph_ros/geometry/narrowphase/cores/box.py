@@ -313,7 +313,7 @@ def touched(placed, hulls, d, tie):
 
 @lean_kernel
 def candidate(placed, hulls, simplex, side, d, index):
-    """Return what the simplex tells, a corner, one of its edges, or one of its faces."""
+    """Return the feature of the simplex, a corner, one of its edges, or one of its faces."""
     R = placed.R
     if index == 0:
         return feature_at(placed, simplex, side, d)

@@ -1,4 +1,4 @@
-"""What has corners, as a simplex of the Minkowski difference knows them."""
+"""Cores with corners, as a simplex of the Minkowski difference knows them."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What the growth of cores is put together from: see `narrowphase.prove.growth`."""
+"""The parts of the growth of cores: see `narrowphase.prove.growth`."""
 
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel
 

@@ -135,7 +135,7 @@ def _on_plane(hulls, hull, q, m, flat):
 
 @lean_kernel
 def _room_on_face(hulls, hull, q, m, middle, corners, flat):
-    """Return how far q is inside of the border of a face; 0 if not all its edges are found."""
+    """Return the distance of q inside of a face's border; 0 if not all its edges are found."""
     room, count = math.inf, 0
     first, last = edge_range(hulls, hull)
     for k in range(first, last, EDGE_STRIDE):
@@ -168,7 +168,7 @@ def growth(core, hulls, q, m, t, u, flat, near):
 
 @inlined_kernel
 def edge_count(core, hulls):
-    """Return how many edges it has, 0 where they are too many to be looked at one by one."""
+    """Return the number of its edges, 0 where they are too many to be looked at one by one."""
     hull = core[1]
     if hulls[hull] > SCAN_LIMIT:
         return 0
@@ -178,13 +178,13 @@ def edge_count(core, hulls):
 
 @inlined_kernel
 def face_count(core, hulls):
-    """Return how many faces it has."""
+    """Return the number of its faces."""
     return int(hulls[core[1] + 1])
 
 
 @inlined_kernel
 def vertex_count(core, hulls):
-    """Return how many vertices it has."""
+    """Return the number of its vertices."""
     return int(hulls[core[1]])
 
 
@@ -233,7 +233,7 @@ def is_listed(core):
 
 @inlined_kernel
 def plane_count(core, hulls):
-    """Return how many faces it has."""
+    """Return the number of its faces."""
     return int(hulls[core[1] + 1])
 
 
@@ -316,7 +316,7 @@ def _face_along(hulls, hull, R, p, d):
 
 @lean_kernel
 def candidate(placed, hulls, simplex, side, d, index):
-    """Return what the simplex tells, a corner, a face, or one of the corner's edges."""
+    """Return the feature of the simplex, a corner, a face, or one of the corner's edges."""
     core, R, p = placed
     if index == 0:
         return feature_at(placed, simplex, side, d)

@@ -14,7 +14,7 @@ HULL       nothing: the vertices are those of the block that starts at ``hull``
 TRIANGLE   its three vertices
 ========== ==================================================================
 
-What a kind answers to the narrow phase's questions is in the file of its name; `registry` says
+A kind's answers to the narrow phase's questions are in the file of its name; `registry` says
 which that is, and `questions` asks.
 """
 

@@ -66,7 +66,7 @@ def support(core, hulls, d):
 
 @inlined_kernel
 def lane_support(core, hulls, d):
-    """Return the point, whatever the directions."""
+    """Return the point, in any directions."""
     c = core[3]
     return every(c[0]), every(c[1]), every(c[2])
 

@@ -5,7 +5,7 @@ core in direction d is a point of it that lies furthest along d. Each comes with
 vertex it is, or ``CURVED`` where the core has infinitely many. Features are those of
 `narrowphase.features`, simplices those of `narrowphase.pair`.
 
-What is asked of a ``core`` is in its own frame, of a ``placed`` one in that of its pose.
+Questions to a ``core`` are in its own frame, to a ``placed`` one in that of its pose.
 """
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
@@ -92,24 +92,24 @@ def inner_radius(core, hulls, q, m):
 def growth(core, hulls, q, m, t, u, flat, near):
     """Return the growth of a core's extent around the outward normal m at its point q.
 
-    All in its frame; what is within ``flat`` (m) is taken for flat, and a point within ``near``
-    (m) for one of the surface. ``narrowphase.prove.growth`` says what the eight numbers mean.
+    All in its frame; heights within ``flat`` (m) are taken for flat, and a point within ``near``
+    (m) for one of the surface. ``narrowphase.prove.growth`` has the meaning of the eight numbers.
     """
 
 
 @asked(inlined_kernel)
 def edge_count(core, hulls):
-    """Return how many edges a polytope has, 0 for what is none or has too many."""
+    """Return the number of a polytope's edges, 0 for other cores or too many."""
 
 
 @asked(inlined_kernel)
 def face_count(core, hulls):
-    """Return how many faces a polytope has, to be numbered; see ``lane_planes``."""
+    """Return the number of a polytope's faces, to be numbered; see ``lane_planes``."""
 
 
 @asked(inlined_kernel)
 def vertex_count(core, hulls):
-    """Return how many vertices a polytope has."""
+    """Return the number of a polytope's vertices."""
 
 
 @asked(inlined_kernel)
@@ -126,7 +126,7 @@ def local_vertex(core, hulls, k):
 def lane_vertices(core, hulls, first):
     """Return three lanes of eight vertices, from the one numbered ``first``, a multiple of 8, on.
 
-    As ``local_vertex``; what is beyond the last one repeats it.
+    As ``local_vertex``; indices beyond the last one repeat it.
     """
 
 
@@ -137,7 +137,7 @@ def has_plane_across(core, k):
 
 @asked(inlined_kernel)
 def plane_count(core, hulls):
-    """Return how many planes its surface has."""
+    """Return the number of planes of its surface."""
 
 
 @asked(inlined_kernel)

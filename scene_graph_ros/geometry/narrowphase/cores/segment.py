@@ -128,7 +128,7 @@ def edge_count(core, hulls):
 
 @inlined_kernel
 def face_count(core, hulls):
-    """Return how many directions around it stand for faces."""
+    """Return the number of directions around it that stand for faces."""
     return PARTS
 
 
@@ -174,7 +174,7 @@ def neighbor(placed, hulls, now, a, d, allowed):
 
 @lean_kernel
 def candidate(placed, hulls, simplex, side, d, index):
-    """Return what the simplex tells, an end, or the line."""
+    """Return the feature of the simplex, an end, or the line."""
     if index == 0:
         return feature_at(placed, simplex, side, d)
     if index == 1:

@@ -160,7 +160,7 @@ def neighbor(placed, hulls, now, a, d, allowed):
 
 @lean_kernel
 def candidate(placed, hulls, simplex, side, d, index):
-    """Return what the simplex tells, a corner, the face, or one of the edges."""
+    """Return the feature of the simplex, a corner, the face, or one of the edges."""
     if index == 0:
         return feature_at(placed, simplex, side, d)
     if index == 1:

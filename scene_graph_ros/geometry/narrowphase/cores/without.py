@@ -1,6 +1,6 @@
-"""Answers of cores that lack what is asked for: right for every core, or a feature of kind NONE.
+"""Answers of cores without the feature asked for: right for every core, or of kind NONE.
 
-A kind takes from here what it has nothing of its own for. Where an answer is only asked of cores
+A kind takes from here the answers that it lacks. Where an answer is only asked of cores
 that count more than zero of something, it says so.
 """
 

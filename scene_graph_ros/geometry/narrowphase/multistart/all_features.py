@@ -66,7 +66,7 @@ def _has_places(feature_A, feature_B):
 
 @lean_kernel
 def _crossing(feature_A, feature_B, start):
-    """Return where the rims of two discs, one above the other, seem to cross, seen along A's axis.
+    """Return a crossing of two discs' rims, one above the other, seen along A's axis.
 
     ``start`` is 1 or -1, as there are two; (is found, the point of A's rim).
     """
@@ -137,7 +137,7 @@ def _beside_axis(k00, k01, k11, g0, g1, radius):
 
 @lean_kernel
 def _from_axis(features, n):
-    """Return (is found, a normal beside a rim's axis at which it touches what is smooth there).
+    """Return (is found, a normal beside a rim's axis at which it touches a smooth feature there).
 
     That is an ellipsoid, or another rim. Along its axis a rim has no support point, so no step
     leads away from there. Next to it the gap along n + v is, to second order, that along n plus
@@ -191,7 +191,7 @@ def _contact_and_how(features, pair, n, a, b, size, simplex, allowed):
 
 @lean_kernel
 def _polish_from(pair, n, a, b, size, simplex):
-    """Do what ``contact_of_all_features`` does from one direction; return also the best tried."""
+    """Do the same as ``contact_of_all_features`` from one direction; return also the best."""
     A, B, hulls = body_A(pair), body_B(pair), pair.hulls
     allowed = AMPLIFIED * POLISH_RESIDUAL * EPSILON * size
     proven, decided_by = False, _ALL_FEATURES

@@ -2,7 +2,7 @@
 
 Over the normal, as in ``polish``, contacts stay well conditioned through touching, but not where
 a rim is seen along its axis: there a normal says nothing about the place on the rim. Over the
-places it is the other way round, so this is what remains to be tried for features that are apart.
+places it is the other way round, so this remains to be tried for features that are apart.
 """
 
 import math

@@ -5,7 +5,7 @@ cylinder, or on both sides of a sliver. Then EPA runs out of corners before it h
 apart. The directions in which cores have edges, faces and sides are few, and next to the best of
 them is the least depth. Of a hull's faces the best one is enough: deep inside of something round,
 a hull is least deep behind that face. Where something small is deep inside of an ellipsoid, all
-around an axis of that ties nearly, and what is small decides.
+around an axis of that ties nearly, and the small body decides.
 """
 
 import math
@@ -157,8 +157,8 @@ def _turned(n, axis, steps):
 def _best_turn(pair, n, axis, steps):
     """Return the turn within a step of that by ``steps`` that separates most, by golden sections.
 
-    No step of Newton's method goes far around an axis about which separations tie nearly: what it
-    leaves is a ridge. From here it has none to go.
+    No step of Newton's method goes far around an axis about which separations tie nearly: it
+    leaves a ridge. From here it has none to go.
     """
     low, high = steps - 1.0, steps + 1.0
     left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
@@ -198,7 +198,7 @@ def _turn(pair, n, k, enough):
 
 @lean_kernel
 def contact_from_many_starts(pair, n, a, b, size, simplex):
-    """Return what ``contact_of_all_features`` does, of the best of many starts.
+    """Return the answer of ``contact_of_all_features``, of the best of many starts.
 
     The first start is the contact given; of equal ones, the first that is proven is kept.
     """

@@ -184,7 +184,7 @@ def _settle(pair, size, face, simplex, minima, found):
     """Find the minimum that the region of a face belongs to; return (its row, minima found).
 
     The row is -1 where the face has to be divided further: one that leads far away is believed
-    when it ``is_fine``. What a face of a core proposes is believed in its own direction only:
+    when it ``is_fine``. A proposal of a core's face is believed in its own direction only:
     around a face is a rim, and beside that it may be less deep.
     """
     n, extent, is_fine = face
@@ -313,7 +313,7 @@ def _grow(pair, size, settle_gap, tolerance, polytope, minima, work):
 
 @lean_kernel
 def _grow_to_depth(pair, size, settle_gap, tolerance, polytope, work):
-    """Return what ``epa`` does, in a polytope."""
+    """Return the answer of ``epa``, in a polytope."""
     minima = _minima()
     for k in range(4):
         for c in range(9):

@@ -68,7 +68,7 @@ class Polytope(NamedTuple):
     (corner k to k+1) the neighbor's ``4 face + edge``, then if it is alive, and if closed. Rows
     that are no face of the polytope are at the distance ``inf``. ``planes`` (4 m,) has the planes
     in groups of LANES: the x, then the y, then the z of their normals, then the distances.
-    ``stack`` and ``ring`` are room for what a new corner takes: edges to look at, and the corners
+    ``stack`` and ``ring`` are room for a new corner: edges to look at, and the corners
     and edges around the hole that it tears. Integers are unsigned: compiled code does not ask then
     if an index counts from the end.
     """
@@ -100,7 +100,7 @@ new_polytope = kernel(empty_polytope)
 
 @inlined_kernel
 def _plane_at(f):
-    """Return where the plane of a face is."""
+    """Return the plane of a face."""
     return (f >> _SHIFT) * _GROUP + (f & _LANE)
 
 
@@ -113,7 +113,7 @@ def normal_of(planes, f):
 
 @inlined_kernel
 def distance_of(planes, f):
-    """Return how far the origin is below a face (m); ``inf`` of one that is dead or flat."""
+    """Return the depth of the origin below a face (m); ``inf`` of one that is dead or flat."""
     return planes[_plane_at(f) + 3 * LANES]
 
 

@@ -20,7 +20,7 @@ def _copy_row(S, ids, source, target):
 
 @lean_kernel
 def _distance_off(S, row, rank, e, n):
-    """Return how far a row is from corner 0 (rank 1), the line along e (2), the plane of n (3)."""
+    """Return a row's distance from corner 0 (rank 1), the line along e (2), the plane of n (3)."""
     q = (S[row, 0] - S[0, 0], S[row, 1] - S[0, 1], S[row, 2] - S[0, 2])
     if rank == 3:
         return abs(dot(q, n))

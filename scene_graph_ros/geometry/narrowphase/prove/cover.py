@@ -2,12 +2,12 @@
 
 The depth of A and B along a unit vector x out of B into A is D(x) = h(x), with the support
 function h of C = {b - a}. Every point w of C proves that D(x) >= w . x, so that D >= d for all x
-with w . x >= d |x|. The right side minus the left is a convex function of x, so what holds for the
+with w . x >= d |x|. The right side minus the left is a convex function of x, so a bound for the
 corners of a cone holds for all of it. The cones are cells of a cube around the sphere, one side of
 which faces along the normal n of a stationary depth d. A cell that neither its parent's point nor
 the support point along its own middle covers is cut into four.
 
-Around n itself D is as small as d, and what proves that it is no smaller is the curvature of A
+Around n itself D is as small as d, and a bound from below is the curvature of A
 and B there (``growth``). Cells are looked at the large ones first: where the depth is less, that
 is found before small cells beside such a region are looked at, eight at a time.
 """

@@ -107,7 +107,7 @@ reaches it."""
 
 @lean_kernel
 def _better(best, depth, d, where, index, tie):
-    """Return what is known after D(d) = depth: (status, least depth, its direction, place)."""
+    """Return the state after D(d) = depth: (status, least depth, its direction, place)."""
     _, least, known, _, _ = best
     if depth >= least + tie:
         return best
@@ -120,7 +120,7 @@ def _better(best, depth, d, where, index, tie):
 
 @inlined_kernel
 def _best_of(best, depths, d, where, first, tie):
-    """Return what is known after the depths D in lanes of directions d, from the least on."""
+    """Return the state after the depths D in lanes of directions d, from the least on."""
     lanes = as_lanes(NUMBERS)
     depths = select(depths < best[1] + tie, depths, every(math.inf))
     while any_of(depths < best[1] + tie):
@@ -132,7 +132,7 @@ def _best_of(best, depths, d, where, first, tie):
 
 @inlined_kernel
 def _visit_faces(pair, best, tie, S):
-    """Write down P's faces; return what is known then."""
+    """Write down P's faces; return the state."""
     core_Q, (core_P, R, p), hulls = pair.core_A, body_B(pair), pair.hulls
     for first in range(0, face_count(core_P, hulls), LANES):
         out, offset = lane_planes(core_P, hulls, first)
@@ -161,7 +161,7 @@ def _has_room(S, v, near, far, enough):
 
 @inlined_kernel
 def _visit_arc(pair, v, edge, best, tie, S):
-    """Return what is known after the arc of an ``edge``: (index, places of its faces).
+    """Return the state after the arc of an ``edge``: (index, places of its faces).
 
     v is a point of the edge. Between two directions on the arc with support points w of C, D is
     at least the smaller of its values there and of w . m, where m is the direction in which both
@@ -217,7 +217,7 @@ def _visit_arc(pair, v, edge, best, tie, S):
 
 @inlined_kernel
 def _visit_arcs(pair, best, tie, S):
-    """Return what is known after the arcs that have room for less."""
+    """Return the state after the arcs that have room for less."""
     core_P, hulls = pair.core_B, pair.hulls
     count = edge_count(core_P, hulls)
     for first in range(0, count, CHUNK):
@@ -237,7 +237,7 @@ def _visit_arcs(pair, best, tie, S):
 
 @inlined_kernel
 def _visit_planes(pair, best, tie):
-    """Return what is known after the planes of Q: faces, or the ends of a cylinder."""
+    """Return the state after the planes of Q: faces, or the ends of a cylinder."""
     core_Q, (core_P, R, p), hulls = pair.core_A, body_B(pair), pair.hulls
     for first in range(0, plane_count(core_Q, hulls), LANES):
         out, offset = lane_planes(core_Q, hulls, first)
@@ -250,7 +250,7 @@ def _visit_planes(pair, best, tie):
 
 @inlined_kernel
 def _visit_side(pair, best, tie):
-    """Return what is known after the directions across a cylinder Q in which vertices leave it."""
+    """Return the state after the directions across a cylinder Q in which vertices leave it."""
     (core_P, R, p), hulls = body_B(pair), pair.hulls
     radius = side(body_A(pair))[3]
     count = vertex_count(core_P, hulls)
@@ -271,7 +271,7 @@ def _visit_side(pair, best, tie):
 
 @inlined_kernel
 def _look(pair, y, least, known, tie, S):
-    """Return what is known about a polytope P; y is Q's witness, ``known`` points out of P."""
+    """Return the state about a polytope P; y is Q's witness, ``known`` points out of P."""
     core_Q, hulls = pair.core_A, pair.hulls
     best = (NONE_LESS, least, known, FACE_OF_P, 0)
     best = _visit_faces(pair, best, tie, S)

@@ -5,13 +5,13 @@ The support function h of a core with a witness q and the outward unit normal m 
     h(m + y) >= q . (m + y) + y G y    for all y orthogonal to m with |y| <= reach.
 
 G = 0 is right for every core; it is larger the less the surface bends, and depends on the reach.
-It is the sum of two forms. One is of what is round: there h is |M x| with a matrix M, which has
+It is the sum of two forms. One is of round parts: there h is |M x| with a matrix M, which has
 the semi-axes of an ellipsoid, or the radius of a cylinder across its axis. With e = M m / |M m|,
 q is M e, and with f = M y - (e . M y) e
 
     |M x| - e . M x = |f|^2 / (|M x| + e . M x)    at x = m + y,
 
-a quadratic form over a denominator that is bounded within the reach. The other is of what is flat:
+a quadratic form over a denominator that is bounded within the reach. The other is of flat parts:
 where q is inside of a line or a face orthogonal to m, at least k from its border, h grows by
 k |y| >= k |y|^2 / reach for y along it.
 

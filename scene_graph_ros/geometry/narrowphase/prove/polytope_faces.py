@@ -38,7 +38,7 @@ NUMBERS_OF_FACES = _ROW * FIRST_FACE + _GROUP * -(-_MAX_FACES // LANES)
 
 @inlined_kernel
 def place_of_face(f):
-    """Return where the numbers of the face f begin."""
+    """Return the index of the first number of the face f."""
     return _ROW * FIRST_FACE + _GROUP * (f // LANES) + f % LANES
 
 

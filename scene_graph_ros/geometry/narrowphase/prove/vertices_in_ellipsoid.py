@@ -141,7 +141,7 @@ def _is_vertex_deeper(pair, v, least, known, tie):
 def are_vertices_deeper(pair, y, least, known, tie):
     """Return whether no vertex of P can leave the ellipsoid Q by less; y is Q's witness.
 
-    What is looked at are the directions between the normals of the faces around a vertex.
+    The directions looked at are those between the normals of the faces around a vertex.
     """
     core_P, hulls = pair.core_B, pair.hulls
     radius = placed_inner_radius(body_A(pair), hulls, y, scale(-1.0, known))

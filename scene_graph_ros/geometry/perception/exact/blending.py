@@ -1,4 +1,4 @@
-"""What is seen through transparent bodies: their layers before each pixel, from near to far.
+"""Transparent bodies: their layers before each pixel, from near to far.
 
 Each body is one layer: its surface that is nearest to the camera. Layers are sorted for each pixel
 in a list of its own, so that it makes no difference in which order bodies are drawn.
@@ -38,7 +38,7 @@ class Layers(NamedTuple):
 
 @lean_kernel
 def count_places(sensor, bodies, is_drawn):
-    """Return how many layers there may be at most."""
+    """Return the largest number of layers."""
     count = 0
     for i in range(bodies.kind.shape[0]):
         row = i & LAST_PLACE
@@ -71,7 +71,7 @@ def _insert(layers, v, u, depth, number, new):
 
 @lean_kernel
 def collect(sensor, bodies, is_drawn, opaque, scratch, corners, layers):
-    """Find the layers of the bodies that are drawn and not hidden by what is ``opaque``.
+    """Find the layers of the bodies that are drawn and not hidden by ``opaque`` ones.
 
     ``scratch`` is a screen that sees nothing, and does so again in the end. Returns the number of
     layers.
@@ -102,7 +102,7 @@ def collect(sensor, bodies, is_drawn, opaque, scratch, corners, layers):
 
 @lean_kernel
 def blend(sensor, bodies, cover, layers, image):
-    """Put the layers over an image of what is opaque: each hides a share of what is behind.
+    """Put the layers over an image of opaque bodies: each hides a part of those behind.
 
     Colours are mixed as they are written, from 0 to 255, without a curve.
     """

@@ -1,4 +1,4 @@
-"""The bodies that a renderer draws, as arrays: what its kernels read."""
+"""The bodies that a renderer draws, as arrays for its kernels."""
 
 from typing import NamedTuple
 

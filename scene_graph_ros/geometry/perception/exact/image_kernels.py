@@ -1,4 +1,4 @@
-"""What the pixels see, as images; colour is computed once per visible pixel."""
+"""Images of visible points; colour is computed once per visible pixel."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Normals of what the pixels see."""
+"""Normals at visible points."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What colour a picture has at a point of the surface that it covers.
+"""The colour of a picture at a point of the surface that it covers.
 
 Coordinates are interpolated between the corners of the triangle at that very point, so that
 perspective needs no correction. Between texels colours are bilinear; the picture repeats itself.

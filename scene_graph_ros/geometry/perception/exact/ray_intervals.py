@@ -39,7 +39,7 @@ def _smaller(a, b):
 
 @inlined_kernel
 def _slab(half, o, d):
-    """Return where a coordinate is within ``half`` of 0; never what is not a number."""
+    """Return the interval of a coordinate within ``half`` of 0; never a nan."""
     first, second = (-half - o) / d, (half - o) / d
     enter, leave = _smaller(first, second), _larger(first, second)
     is_level = d == 0.0
@@ -58,7 +58,7 @@ def _sphere(radius, o, d):
 
 @inlined_kernel
 def _tube(radius, o, d):
-    """Return where a ray is inside the infinite cylinder about the z axis."""
+    """Return the interval of a ray inside the infinite cylinder about the z axis."""
     square = d[0] * d[0] + d[1] * d[1]
     is_along = square <= _ALONG_AXIS * (d[2] * d[2])
     middle = select(is_along, every(0.0), -(o[0] * d[0] + o[1] * d[1]) / square)
@@ -105,7 +105,7 @@ def _ellipsoid(size, o, d):
 
 @inlined_kernel
 def _half_space(o, d):
-    """Return where a ray crosses the plane, twice: it is seen from both sides."""
+    """Return the crossing of a ray and the plane, twice: it is seen from both sides."""
     crossing = -o[2] / d[2]
     return crossing, crossing
 

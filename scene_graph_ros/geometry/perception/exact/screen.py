@@ -1,4 +1,4 @@
-"""Which pixels can see a body, and what each of them sees so far."""
+"""The pixels that can see a body, and the nearest body of each so far."""
 
 import math
 from typing import NamedTuple
@@ -48,7 +48,7 @@ class Sensor(NamedTuple):
 
 
 class Screen(NamedTuple):
-    """What each pixel sees. Rows are longer than the image, so that lanes may run over."""
+    """Each pixel's nearest body. Rows are longer than the image, so lanes may run over."""
 
     depth: np.ndarray
     """(height, width + LANES) metres; inf where nothing is."""
@@ -66,7 +66,7 @@ def clear_screen(screen):
 
 @inlined_kernel
 def keep_nearest(screen, place, is_hit, depth, row, number):
-    """Let eight pixels see an element of a body where it is nearer than what they see.
+    """Let eight pixels see an element of a body where it is nearer than theirs.
 
     Bodies come in the order of their rows. Where two are as near to rounding, as coplanar faces
     are, the first stays; of one body, the nearest is seen.
@@ -92,7 +92,7 @@ def pixels(sensor, axis, lowest, highest):
 def _slopes(across, ahead, radius, near):
     """Return the least and the greatest tangent at which a ball is seen.
 
-    Exact where all of it is ahead, by the two tangents to its circle; else bounds of what is
+    Exact where all of it is ahead, by the two tangents to its circle; else bounds of the part
     beyond the near plane.
     """
     if ahead - radius > near and ahead > _WIDER * _WIDER * radius:

@@ -2,8 +2,8 @@
 
 Gottschalk, Lin, Manocha, "OBBTree: a hierarchical structure for rapid interference detection",
 1996. The Minkowski difference of two boxes is bounded by planes along these directions: 3 faces
-of each box and 9 cross products of their edges. Along whatever unit vector, rounded or not, two
-bodies are no further apart than their distance, so what is measured here is a bound in any case.
+of each box and 9 cross products of their edges. Along any unit vector, rounded or not, two
+bodies are no further apart than their distance, so the values here are bounds in any case.
 """
 
 import math
@@ -58,7 +58,7 @@ def reach(size, n):
 
 @kernel
 def _separation(size_A, size_B, R, p, n):
-    """Return how far the boxes are apart along the unit vector n, which points from B to A."""
+    """Return the gap of the boxes along the unit vector n, which points from B to A."""
     return -dot(p, n) - reach(size_A, n) - reach(size_B, rotate_inverse(R, n))
 
 
@@ -116,8 +116,8 @@ def separating_normal(size_A, size_B, R, p, n, gap, tolerance):
     Close to contact the direction of ``gap`` is rounding, and a vector off by an angle puts a
     long edge that should be across it that much closer. So candidates are the direction of
     ``gap``, the same at a right angle to an edge, and n, the best of the axes. One that separates
-    the boxes by the length of ``gap`` is proven to be right; what it lacks of that is made small,
-    at best less than ``tolerance``. What of ``gap`` is not along it counts little: points are
+    the boxes by the length of ``gap`` is proven to be right; the shortfall is made small,
+    at best less than ``tolerance``. The part of ``gap`` across it counts little: points are
     known to the root of rounding only, as their distance hardly depends on it.
     """
     distance = norm(gap)

@@ -9,7 +9,7 @@ __all__ = ["middle_of_quad", "middle_of_segment"]
 
 @kernel
 def middle_of_segment(x, y, ux, uy, width, height):
-    """Return (t, is_over): the middle of what the rectangle leaves of (x, y) + t (ux, uy).
+    """Return (t, is_over): the middle of the rectangle's part of (x, y) + t (ux, uy).
 
     The rectangle has half extents (width, height); t is in [-1, 1].
     """
@@ -28,7 +28,7 @@ def middle_of_segment(x, y, ux, uy, width, height):
 
 @lean_kernel
 def _cut(buffer, source, count, axis, sign, bound):
-    """Keep what of the polygon has ``sign * coordinate <= bound``; return the corners' number.
+    """Keep the polygon's part with ``sign * coordinate <= bound``; return the corners' number.
 
     One step of Sutherland and Hodgman, "Reentrant polygon clipping", 1974.
     """
@@ -72,7 +72,7 @@ def _centroid(buffer, source, count, least_area):
 
 @inlined_kernel
 def middle_of_quad(c, u, v, width, height):
-    """Return (x, y, is_over): the centroid of what a rectangle leaves of a quadrilateral.
+    """Return (x, y, is_over): the centroid of a rectangle's part of a quadrilateral.
 
     The quadrilateral is c + [-1, 1] u + [-1, 1] v, the rectangle is centred, of half extents
     (width, height). ``is_over`` is False, and the point is c, where nothing is left.

@@ -31,7 +31,7 @@ _MESH = int(ShapeKind.MESH)
 
 @inlined_kernel
 def _gap_to_half_space(core, hulls, R, p, up, height):
-    """Return how far a core's lowest point, with its radius, is above the plane up . x = height.
+    """Return the height of a core's lowest point, with its radius, above up . x = height.
 
     ``R``, ``p`` place the core, in the frame of ``up``, a unit vector.
     """
@@ -57,7 +57,7 @@ def _separation(table, i, j, R_AB, p_AB, n):
 
 @lean_kernel
 def _outside(table, i, p_GQ):
-    """Return how far a point is outside of row i, 0 inside."""
+    """Return the distance of a point outside of row i, 0 inside."""
     if table.kind[i] == _MESH and not table.exact[i]:
         phi, _, _, _ = point_convex(table.hulls, table.hull[i], table.scale[i], p_GQ)
     else:
@@ -67,13 +67,13 @@ def _outside(table, i, p_GQ):
 
 @lean_kernel
 def certify_pairs(table, X_WG, rows, phi, p_ACa, p_BCb, nhat_BA_W, gap):
-    """Raise each pair's ``gap`` (m) to what its answer itself proves.
+    """Raise each pair's ``gap`` (m) to the bound that its answer itself proves.
 
     That is ``|p_Ca - p_Cb - s nhat|``, with s the separation of the shapes' support points along
     the normal, and the distance of each witness from its shape. Apart, s and the witnesses bound
     the distance from below and above, so this bounds the error. Overlapping, it proves that a
-    translation of A by the depth along the normal ends it; that no other way is shorter is what
-    the iterations' own ``gap`` tells, which is kept where it is larger. Meshes measured by their
+    translation of A by the depth along the normal ends it; that no other way is shorter is told by
+    the iterations' own ``gap``, which is kept where it is larger. Meshes measured by their
     triangles have no such bound: for s their distance itself is taken, so that only the
     witnesses are checked.
     """

@@ -67,7 +67,7 @@ CLOSED_FORMS = {
 
 
 def _known() -> np.ndarray:
-    """Return which pairs of kinds are in the table."""
+    """Return the pairs of kinds in the table."""
     known = np.zeros((BY_TRIANGLES + 1, BY_TRIANGLES + 1), bool)
     for kind_A, kind_B in CLOSED_FORMS:
         known[kind_A, kind_B] = True

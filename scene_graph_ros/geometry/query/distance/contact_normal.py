@@ -1,8 +1,8 @@
 """The normal where a mesh touches, or nearly: from all the triangles that meet at the contact.
 
 Between points that (nearly) coincide no direction is left, and one triangle alone, say at its
-corner, allows many that its neighbours do not. What separates is a direction in the normal cones
-of both sides: one along which the triangles at the contact and what they touch are as far apart as
+corner, allows many that its neighbours do not. A separating direction is in the normal cones
+of both sides: one along which the triangles at the contact and their partners are as far apart as
 their points are near. Where the contact is on the convex hulls, that of the hulls is one.
 
 Elsewhere the way there are small steps apart: moved away along a direction that is nearly right,
@@ -87,7 +87,7 @@ def triangle_core(vertices, triangles, t):
 
 @inlined_kernel
 def _gap_to_core(at, triangles, count, n):
-    """Return how far a core is in front of the foremost of some triangles, along n."""
+    """Return the gap of a core and the foremost of some triangles, along n."""
     surfaces, highest = at.surfaces, -math.inf
     for c in range(count):
         for corner in range(3):
@@ -139,7 +139,7 @@ def _keep_those_at(surfaces, x, triangles, count, tolerance):
 def normal_to_core(at, triangles, count, contact, size):
     """Return (n, unique) of a core without a radius at a mesh.
 
-    ``triangles`` are the ``count`` ones that are nearest, ``contact`` is what is known from one of
+    ``triangles`` are the ``count`` ones that are nearest, ``contact`` is the answer of one of
     them: (distance, its point, unit normal out of the surface, whether that is the only one). If
     nothing separates all of them, as in a groove, it is about those that the point is on.
     """
@@ -166,7 +166,7 @@ def _placed(triangle, R, p):
 
 @inlined_kernel
 def _gap_of_triangles(surfaces, R, p, pairs, count, n):
-    """Return how far the first triangles of all pairs are in front of the second ones, along n."""
+    """Return the gap of the first triangles of all pairs and the second ones, along n."""
     lowest, highest = math.inf, -math.inf
     for c in range(count):
         for corner in range(3):
@@ -257,7 +257,7 @@ def _keep_pairs_at(surfaces, R, p, x, y, pairs, count, tolerance):
 def normal_of_triangles(surfaces, R, p, pairs, count, contact, size):
     """Return (kept, gap, n): a direction along which pairs of triangles are apart, and how far.
 
-    ``pairs`` are the ``count`` ones that are nearest, ``contact`` is what is known from one of
+    ``pairs`` are the ``count`` ones that are nearest, ``contact`` is the answer of one of
     them: (distance, the first's point, unit normal out of the second). The second surface is
     placed at R, p in the frame of the first. If nothing separates all pairs, as in a groove, it
     is about the ``kept`` first ones, those that the nearest points are on, or about none.

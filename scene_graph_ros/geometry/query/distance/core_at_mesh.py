@@ -1,4 +1,4 @@
-"""A core beside a mesh that is measured by its triangles: what its measures hand around."""
+"""A core beside a mesh that is measured by its triangles: the values its functions hand around."""
 
 from typing import Any, NamedTuple
 

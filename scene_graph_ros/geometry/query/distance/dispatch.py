@@ -100,7 +100,7 @@ def distance_pair(table, i, j, R_AB, p_AB, max_distance, tolerance):
     ``gap`` bounds the error of phi (m): at most ``tolerance``, or rounding where that is 0 and for
     all pairs with a closed form. Where phi is found to exceed ``max_distance``, it may be any
     lower bound above that, without witnesses. Two half spaces give phi = nan, the only pair that
-    has no answer. What decided is a ``Mechanism``.
+    has no answer. The deciding algorithm is a ``Mechanism``.
     """
     kind_A = table.kind[i]
     kind_B = BY_TRIANGLES if table.exact[j] else table.kind[j]

@@ -48,8 +48,8 @@ __all__ = ["distance_box_box"]
 def _over_face(size_F, size_V, R_FV, p_FV, axis, sign):
     """Return (x, is_over): where box V is nearest to the plane of F's face, in F.
 
-    The face is ``sign`` times F's axis. x is a vertex of V, or the middle of what of its edge or
-    face lies over the face; ``is_over`` tells that x projects into the face.
+    The face is ``sign`` times F's axis. x is a vertex of V, or the middle of the part of its edge
+    or face over the face; ``is_over`` tells that x projects into the face.
     """
     i, j = (axis + 1) % 3, (axis + 2) % 3
     x = p_FV
@@ -178,8 +178,8 @@ def distance_box_box(size_A, size_B, R_AB, p_AB, max_distance):
     """Return (phi, p_ACa, p_ACb, nhat_BA_A, unique).
 
     Of equally shallow directions the first in the order A's faces, B's faces, edges is chosen,
-    and ``unique`` is False. Flat on each other, faces and edges meet in the middle of what they
-    share. Beyond ``max_distance``, phi may be a lower bound, without witnesses.
+    and ``unique`` is False. Flat on each other, faces and edges meet in the middle of their
+    overlap. Beyond ``max_distance``, phi may be a lower bound, without witnesses.
     """
     largest = max(size_A[0], size_A[1], size_A[2], size_B[0], size_B[1], size_B[2])
     tolerance = COINCIDENCE * largest

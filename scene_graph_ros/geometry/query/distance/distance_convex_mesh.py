@@ -163,7 +163,7 @@ def _over_triangles(at, cuts, count, n, depth, x):
     """Return a point of a core that is as deep as x behind a plane, and behind a cut triangle.
 
     The core, moved out by ``depth`` along n, touches the plane: where it touches one of the
-    triangles in it is what was asked for. Where it touches none, x is all there is.
+    triangles in it is the answer. Where it touches none, x is all there is.
     """
     vertices, triangles = at.surfaces.vertices, at.surfaces.triangles
     height = dot(n, x) + depth

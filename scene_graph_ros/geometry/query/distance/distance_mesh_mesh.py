@@ -155,7 +155,7 @@ def _is_closer(new, old, tolerance):
 
 @lean_kernel
 def _reach_between(contact, other):
-    """Return how far the triangles of the other contact reach between the planes of a contact."""
+    """Return the support of the other contact's triangles between the planes of a contact."""
     distance, x, n = contact[0], contact[1], contact[2]
     first = reach_of(other[3], scale(-1.0, n), x)
     return max(first, reach_of(other[4], n, axpy(-distance, n, x)))
@@ -334,7 +334,7 @@ def _leave_cut(meshes, pairs, count, by_pair, by_hull):
     """Return (distance, p_ACa, p_ACb, nhat_BA_A, unique) of meshes that touch or cut each other.
 
     ``by_pair`` is the way out of the pair of triangles that overlap most: (depth, point of A,
-    normal); ``by_hull`` is what the convex hulls would answer.
+    normal); ``by_hull`` is the answer of the convex hulls.
     """
     surfaces, _, _, size, R, p = meshes
     phi, n_hull, unique = by_hull[0], by_hull[3], by_hull[4]

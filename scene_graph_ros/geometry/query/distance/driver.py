@@ -131,8 +131,9 @@ def solve_pairs(
             where the distance is found by iteration. Then the distance is too large at most (a
             depth: too large), the witnesses keep ``p_WCa - p_WCb = distance * nhat_BA_W`` and
             stay in their shapes, and the normal is good to about its square root.
-        certify: fill ``gap`` for every pair, see ``certify_pairs``; otherwise it is what the
-            iterations know, 0 where there are none. ``decided_by`` is filled always.
+        certify: fill ``gap`` for every pair, see ``certify_pairs``; otherwise it is the bound of
+        the
+            iterations, 0 where there are none. ``decided_by`` is filled always.
         points: LOCAL, WORLD or BOTH; with ``certify``, LOCAL ones are needed.
 
     """

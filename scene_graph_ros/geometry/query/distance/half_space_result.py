@@ -1,4 +1,4 @@
-"""What all pairs with a half space share: the deepest point decides."""
+"""The common part of all pairs with a half space: the deepest point decides."""
 
 from scene_graph_ros.geometry.compiled.kernel import kernel
 from scene_graph_ros.geometry.spatial.vectors import axpy, column, dot
@@ -9,7 +9,7 @@ __all__ = ["deepest_sign", "half_space_result"]
 
 @kernel
 def deepest_sign(slope):
-    """Return which end of an extent is deepest, -1 or 1; 0, the middle, where it lies flat."""
+    """Return the sign of an extent's deepest end, -1 or 1; 0, the middle, where it lies flat."""
     if abs(slope) <= PARALLEL:
         return 0.0
     return -1.0 if slope > 0.0 else 1.0

@@ -9,7 +9,7 @@ __all__ = ["crossings", "excess", "nearest_on_segment_to_box"]
 
 @kernel
 def excess(value, bound):
-    """Return how far a coordinate is outside [-bound, bound], signed; 0 inside."""
+    """Return a coordinate's excess over [-bound, bound], signed; 0 inside."""
     return value - min(max(value, -bound), bound)
 
 

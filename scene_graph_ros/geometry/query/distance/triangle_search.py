@@ -1,8 +1,8 @@
 """The triangles of a mesh that are nearest to a core, or cut by it: down a tree of boxes.
 
-The search begins beside a point where the nearest triangle may be. Of what is left it passes over
-what is farther than the nearest so far: by the boxes, and by the plane across the contact's normal
-that the core is behind. What is not in front of the contact's triangle, along that normal, is no
+The search begins beside a point where the nearest triangle may be. Of the others it passes over
+those farther than the nearest so far: by the boxes, and by the plane across the contact's normal
+that the core is behind. A triangle that is not in front of the contact's, along that normal, is no
 nearer, but for rounding. Where the core reaches deep into one triangle, of all others it only
 matters whether they are cut.
 """
@@ -60,7 +60,7 @@ def _triangle_gap(lower, upper, params):
 
 @lean_kernel
 def _node_front(lower, upper, node, n):
-    """Return how far a node's box reaches along n."""
+    """Return the support of a node's box along n."""
     total = 0.0
     for axis in range(3):
         total += max(n[axis] * lower[node, axis], n[axis] * upper[node, axis])
@@ -69,7 +69,7 @@ def _node_front(lower, upper, node, n):
 
 @lean_kernel
 def _triangle_front(params, n):
-    """Return how far a triangle reaches along n."""
+    """Return the support of a triangle along n."""
     first = n[0] * params[0] + n[1] * params[1] + n[2] * params[2]
     second = n[0] * params[3] + n[1] * params[4] + n[2] * params[5]
     third = n[0] * params[6] + n[1] * params[7] + n[2] * params[8]
@@ -128,7 +128,7 @@ def _is_cut(triangle, at, tolerance):
 
 @lean_kernel
 def _push_children(surfaces, lower, upper, node, stack, depth):
-    """Put what is below a node on the stack, the child whose box is nearer to the core's last."""
+    """Put a node's children on the stack, the child whose box is nearer to the core's last."""
     left, right = surfaces.node_left[node], surfaces.node_right[node]
     gap_left = box_gap(lower, upper, surfaces.node_lower, surfaces.node_upper, left)
     gap_right = box_gap(lower, upper, surfaces.node_lower, surfaces.node_upper, right)
@@ -204,7 +204,7 @@ def search_triangles(at, around, near, sizes, allowed):
 
     ``sizes`` are a bound, a tolerance, and the larger of both sizes. It is the nearest triangle
     no further than the bound, with the witness on the mesh and the normal out of it into the core;
-    or the ``count`` triangles within the tolerance of the core, in ``cuts``, and what it is to the
+    or the ``count`` triangles within the tolerance of the core, in ``cuts``, and its answer to the
     one it is nearest to, or to one that it reaches deep into. ``error`` bounds that of the
     distance; ``around`` holds the bounds of the core; the search begins beside the point ``near``.
     """

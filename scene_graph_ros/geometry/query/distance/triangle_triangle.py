@@ -63,14 +63,14 @@ def _cut(first, second, n_first, n_second):
 
 @lean_kernel
 def reach_of(triangle, n, x):
-    """Return how far a triangle reaches beyond the plane through x, along n."""
+    """Return a triangle's height above the plane through x, along n."""
     a, b, c = triangle
     return max(dot(n, subtract(a, x)), dot(n, subtract(b, x)), dot(n, subtract(c, x)))
 
 
 @lean_kernel
 def _reach_between(first, second, contact):
-    """Return how far the triangles reach between the planes of a contact (square, x, y, n)."""
+    """Return the support of the triangles between the planes of a contact (square, x, y, n)."""
     _, x, y, n = contact
     return max(reach_of(first, scale(-1.0, n), x), reach_of(second, n, y))
 

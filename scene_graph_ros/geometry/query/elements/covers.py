@@ -23,7 +23,7 @@ _ROUNDING = 1e-14
 
 @inlined_kernel
 def cover_of(table, row, R_CB, p_CB):
-    """Return what bounds are made of, for row B of a shape table at a pose in the cloud's frame.
+    """Return the cover for bounds of row B of a shape table at a pose in the cloud's frame.
 
     That is (rotation, its entries' sizes, B's origin, its box's centre from there in C and in B,
     half extents of the box in B and of one in C, a length for rounding, whether it is a half
@@ -71,7 +71,7 @@ def _sizes(R):
 
 @inlined_kernel
 def signed(x, y, z):
-    """Return how far boxes are apart whose gaps along three axes these are; negative: how deep.
+    """Return the distance of boxes with these gaps along three axes; negative: their depth.
 
     A body is as deep in a box at least as in anything inside of that.
     """

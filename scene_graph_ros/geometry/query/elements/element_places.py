@@ -82,7 +82,7 @@ class _Lease:
 
 
 class _TableWithTrees(ShapeTable):
-    """What stands for the array where nothing is compiled."""
+    """A stand-in for the array where nothing is compiled."""
 
     lease: _Lease
 
@@ -269,7 +269,7 @@ else:
         return first_element_of(places) - 1 - places.slots + places.slot
 
     def measure_of(places):
-        """Return nothing: who is called is the function itself."""
+        """Return nothing: the function itself is called."""
         return 0
 
     def field_measure_of(places):

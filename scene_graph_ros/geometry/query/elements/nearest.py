@@ -58,7 +58,7 @@ _pair_distance = PAIR_DISTANCE.call
 
 @inlined_kernel
 def just_above(limit):
-    """Return a number above a limit by rounding, so that what is as near as that is found."""
+    """Return a number above a limit by rounding, so that elements as near as that are found."""
     return limit + (4e-16 * abs(limit) + 5e-324)
 
 
@@ -82,14 +82,14 @@ def push_sorted(nodes, gaps, count, begin, level, node, gap):
 
 @inlined_kernel
 def _point_distance(places, j, point, p, X_CB, limit, tolerance):
-    """Return what PAIR_DISTANCE says of a point p in C and the shape of row j."""
+    """Return the answer of PAIR_DISTANCE to a point p in C and the shape of row j."""
     arguments = places, point, j, (_IDENTITY, p), X_CB, max(limit, 0.0), tolerance
     return _pair_distance(measure_of(places), arguments)
 
 
 @inlined_kernel
 def _from_center(places, j, point, tree, level, node, X_CB, best, tolerance):
-    """Return how near balls below a node are at least, by the distance of its box's centre."""
+    """Return a lower bound of the distances of balls below a node, by its box's centre."""
     box, i = tree.boxes[tree.starts[level] + node // LANES], node % LANES
     p = (
         0.5 * (box[0, i] + box[3, i]),

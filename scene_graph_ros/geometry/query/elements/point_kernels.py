@@ -41,7 +41,7 @@ _low = stack_array((LANES,))
 
 @inlined_kernel
 def _to_boxes(boxes, row, q):
-    """Return how near the balls below a node's children are to a point at least, in lanes."""
+    """Return lower bounds of a point's distances to balls below a node's children, in lanes."""
     at = row * BOX * LANES
     x = larger(load_lanes(boxes, at) - q[0], q[0] - load_lanes(boxes, at + 3 * LANES))
     y = larger(load_lanes(boxes, at + LANES) - q[1], q[1] - load_lanes(boxes, at + 4 * LANES))

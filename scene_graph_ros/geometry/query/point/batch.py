@@ -146,7 +146,7 @@ def _shares(count: int, threads: int) -> list[range]:
 
 
 def _for_each(answer: Callable[[range], Result], shares: list[range]) -> list[Result]:
-    """Return what ``answer`` returns for each share, computed by a thread each."""
+    """Return the results of ``answer`` for each part, computed by a thread each."""
     if len(shares) == 1:
         return [answer(shares[0])]
     with ThreadPoolExecutor(len(shares)) as pool:

@@ -2,7 +2,7 @@
 
 Halley's steps are taken in all lanes until none is open, by the arithmetic of ``point_ellipsoid``,
 which answers the few lanes where they would not converge fast. Where all lanes are about one
-ellipsoid, what does not depend on the point is computed once.
+ellipsoid, the part that does not depend on the point is computed once.
 """
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel

@@ -40,7 +40,7 @@ def _choose(choices, a, b):
 
 @inlined_kernel
 def nearest_on_segments(p, a, b):
-    """Return what ``nearest_on_segment`` does, of lanes."""
+    """Return the same as ``nearest_on_segment``, of lanes."""
     edge = subtract(b, a)
     square = dot(edge, edge)
     reach = dot(subtract(p, a), edge)

@@ -2,8 +2,8 @@
 
 Each lane finds the corner most likely to be nearest as ``point_convex`` does, by the same
 arithmetic in the same order, and whether no corner lies further towards the point. Most points
-are answered by then. Of the others most are nearest to an edge that begins there; for what is
-left ``point_convex`` goes on from that corner.
+are answered by then. Of the others most are nearest to an edge that begins there; for the
+rest ``point_convex`` goes on from that corner.
 """
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel

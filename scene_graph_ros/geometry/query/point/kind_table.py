@@ -20,7 +20,7 @@ _MESH = int(ShapeKind.MESH)
 
 
 class KindTable(NamedTuple):
-    """What points need of a ``ShapeTable``, and its rows in tiles of one kind each."""
+    """The part of a ``ShapeTable`` for points, and its rows in tiles of one kind each."""
 
     kind: np.ndarray
     """(n,) int32, as in the table."""

@@ -148,7 +148,7 @@ def keep_answer(asked, j, answer):
 
 @inlined_kernel
 def is_done(asked, j):
-    """Tell whether what was written for lane j is its answer: unique, as all in lanes are."""
+    """Tell whether the value written for lane j is its answer: unique, as all in lanes are."""
     return asked.answers[asked.first + 7 * LANES + j] != 0.0
 
 
@@ -190,13 +190,13 @@ def keep_wide_answers(asked, lane, answer):
 
 @inlined_kernel
 def eight_questions(lanes, lane):
-    """Return what eight lanes are asked, from ``lane`` on: (size, p_GQ)."""
+    """Return the questions of eight lanes, from ``lane`` on: (size, p_GQ)."""
     return _load_eight(lanes, _SIZE + lane), _load_eight(lanes, _POINT + lane)
 
 
 @inlined_kernel
 def set_eight_answers(lanes, lane, answer):
-    """Set what eight lanes answer, from ``lane`` on, as ``set_answer`` does."""
+    """Set the answers of eight lanes, from ``lane`` on, as ``set_answer`` does."""
     phi, p_GN, grad_G, unique = answer
     store_lanes(lanes, _PHI + lane, phi)
     _store_wide(lanes, _NEAREST + lane, p_GN)
@@ -212,13 +212,13 @@ def is_answered(lanes, j):
 
 @inlined_kernel
 def question(lanes, j):
-    """Return what lane j is asked: (size, p_GQ)."""
+    """Return the question of lane j: (size, p_GQ)."""
     return triple(lanes, _SIZE, j), triple(lanes, _POINT, j)
 
 
 @inlined_kernel
 def set_answer(lanes, j, answer):
-    """Set what lane j answers: (phi, p_GN, grad_G, unique)."""
+    """Set the answer of lane j: (phi, p_GN, grad_G, unique)."""
     phi, p_GN, grad_G, unique = answer
     lanes[_PHI + j] = phi
     set_triple(lanes, _NEAREST, j, p_GN)

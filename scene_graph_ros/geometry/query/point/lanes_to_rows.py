@@ -62,13 +62,13 @@ def _turned(array, places):
 
 @inlined_kernel
 def _place_of(first, number, width, k):
-    """Return where number k is, of columns of ``width`` numbers that begin with ``number``."""
+    """Return the index of number k, of columns of ``width`` numbers that begin with ``number``."""
     return first + (k // width) * ANSWER + (number + k % width) * LANES
 
 
 @inlined_kernel
 def _places_of(first, number, width, k):
-    """Return where eight numbers are, from number k on."""
+    """Return the indices of eight numbers, from number k on."""
     return (
         _place_of(first, number, width, k),
         _place_of(first, number, width, k + 1),

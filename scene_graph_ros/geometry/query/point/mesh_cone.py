@@ -103,7 +103,7 @@ def _less(n, held, q, size):
     """Return (is less, n, way): n without its share along the way to a corner q that is beyond.
 
     It stays at a right angle to ``held``, a unit vector or zero, if it was: of two planes in turn
-    each would give back to the other what it has taken.
+    each would give back to the other its part.
     """
     beyond = dot(n, q)
     if not beyond > GJK_ROUNDING * EPSILON * size:

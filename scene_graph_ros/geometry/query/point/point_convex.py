@@ -52,7 +52,7 @@ and a point that needs more is looked at face by face."""
 def _nearest_on_face(blocks, face, p, n):
     """Return (x, is_inside): the point nearest to p of a face with unit normal n.
 
-    ``is_inside`` tells that p projects into the polygon; then x is left to the caller, who knows
+    ``is_inside`` tells that p projects into the polygon; then x is left to the caller, which has
     the plane.
     """
     x, least, is_inside = p, math.inf, True
@@ -241,7 +241,7 @@ def point_hull(blocks, start, size, p_GQ):
 
 @lean_kernel
 def leave_corner(blocks, start, size, p_GQ, a):
-    """Return what ``point_hull`` does, given the ``likely_vertex``, a."""
+    """Return the answer of ``point_hull``, given the ``likely_vertex``, a."""
     is_found, p_GN = _nearest_corner(blocks, start, size, p_GQ, a)
     if is_found:
         phi, grad_G, is_far = leave_hull(p_GQ, p_GN, size)

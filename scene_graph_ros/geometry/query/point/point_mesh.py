@@ -61,9 +61,9 @@ def _progress(surfaces, triangle, feature, p):
 
 @inlined_kernel
 def _is_preferred(surfaces, p, new, old):
-    """Tell which of two equally near triangles, (distance, triangle, feature), p is nearest to.
+    """Tell whether ``new`` beats ``old``, both (distance, triangle, feature), equally near p.
 
-    What is nearest with its face wins over an edge, and that over a corner: if they meet, it is
+    A triangle nearest with its face wins over an edge, and that over a corner: if they meet, it is
     nearer, by less than rounding. Of two edges at one vertex, that wins along which p is further.
     """
     distance, triangle, feature = new
@@ -85,7 +85,7 @@ def nearest_triangle(surfaces, k, p, bound, tolerance, split, rounding):
     ``triangle`` is -1 where nothing is nearer than ``bound``. ``unique`` is False where another
     point, further than ``split`` away, is as near to within ``tolerance``. Distances that differ
     by ``rounding`` do not tell triangles apart, which would turn the way there by the root of what
-    they are off: of those, their features tell which is nearest, and else the order of traversal,
+    their errors: of those, their features tell which is nearest, and else the order of traversal,
     which depends on nothing but p.
     """
     stack = traversal_stack()

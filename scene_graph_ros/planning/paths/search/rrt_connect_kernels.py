@@ -3,7 +3,7 @@
 RRT-Connect (Kuffner and LaValle, *RRT-Connect: An Efficient Approach to Single-Query Path
 Planning*, 2000, section 2): the smaller tree takes a step towards a random configuration, then the
 other one walks towards where that led as far as it comes. Here one edge is proposed at a time;
-whoever has it proven says what came out.
+the caller proves it and returns the outcome.
 """
 
 import math
@@ -94,7 +94,7 @@ def _next_sample(trees, state):
 
 @inlined_kernel
 def take_growth(space, trees, state, edge, is_free):
-    """Take what became of the edge that was proposed."""
+    """Take the outcome of the edge that was proposed."""
     a, near = state[TREE], state[NEAR]
     if state[PHASE] == EXTEND:
         state[SAMPLE] += 1

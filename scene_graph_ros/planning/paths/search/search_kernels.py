@@ -35,7 +35,7 @@ __all__ = ["SearchTables", "search"]
 
 
 class SearchTables(NamedTuple):
-    """What a search has found so far, and what it is about to try."""
+    """The nodes that a search has found so far, and its next try."""
 
     space: SpaceTable
     longest: float
@@ -57,7 +57,7 @@ def search(checked, rules, stop, grown, scratch):
     """Go on with a search until something is missing, or all is done; return which.
 
     ``checked`` is a ``CheckedTables``, ``grown`` a ``SearchTables``. An edge that was being proven
-    when ``stop`` was set, or that was not finished after its looks, is dropped. What came before
+    when ``stop`` was set, or that was not finished after its looks, is dropped. The rest
     does not depend on where calls began and ended.
     """
     tree = checked.tree

@@ -1,4 +1,4 @@
-"""What kernels of a search remember from one edge to the next, and what they answer."""
+"""The state of a search's kernels between edges, and their answers."""
 
 __all__ = [
     "CONNECT",

@@ -1,7 +1,7 @@
 """Shortcuts of a path: its corners are left out or cut off, first where that saves most.
 
 A corner is cut between points on both its edges, as far off as parts of these say. The first part
-is the whole edge, which leaves the corner out; where what is cut is not free, the next part is
+is the whole edge, which leaves the corner out; where the cut is not free, the next part is
 smaller (compare Chaikin, *An Algorithm for High Speed Curve Generation*, 1974, whose part is a
 quarter). New corners are cut in their turn.
 """
@@ -43,7 +43,7 @@ class Corners(NamedTuple):
 
 
 def new_corners(path: np.ndarray, room: int, least: float) -> Corners:
-    """Return what is known of a path ``(n, nq)``, with room for so many corners."""
+    """Return the table of a path ``(n, nq)``, with room for so many corners."""
     rows = np.empty((room, path.shape[1]))
     rows[: len(path)] = path
     return Corners(rows, np.zeros(room, np.int64), np.full(room, _UNKNOWN), np.array([least]))
@@ -72,7 +72,7 @@ def _cut(tree, path, i, out):
 
 @inlined_kernel
 def _saving(tree, space, path, i, edge):
-    """Return what cutting a corner would save; ``edge`` is scratch."""
+    """Return the length that cutting a corner would save; ``edge`` is scratch."""
     if path.tries[i] >= len(_PARTS):
         return 0.0
     _cut(tree, path, i, edge)
@@ -105,7 +105,7 @@ def propose_shortcut(tree, space, path, state, edge):
 
 @inlined_kernel
 def _move(path, first, count, shift):
-    """Move what is known of the corners from ``first`` on by one row, ``shift`` is 1 or -1."""
+    """Move the rows of the corners from ``first`` on by one row, ``shift`` is 1 or -1."""
     for k in range(count - first):
         row = count - 1 - k if shift > 0 else first + k
         path.tries[row + shift], path.savings[row + shift] = path.tries[row], path.savings[row]

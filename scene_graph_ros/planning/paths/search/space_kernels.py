@@ -29,7 +29,7 @@ class SpaceTable(NamedTuple):
 
 @inlined_kernel
 def _way(a, b, period):
-    """Return what leads from one position to another, the short way round."""
+    """Return the difference from one position to another, the short way round."""
     way = b - a
     if period > 0.0:
         way -= period * math.floor(way / period + 0.5)
@@ -56,7 +56,7 @@ def distance(space, a, b):
 
 @inlined_kernel
 def nearest(space, nodes, size, q):
-    """Return which of the first ``size`` nodes ``(n, nq)`` is nearest, and its distance."""
+    """Return the row of the nearest of the first ``size`` nodes ``(n, nq)``, and its distance."""
     best, least = 0, math.inf
     for i in range(size):
         far = distance(space, nodes[i], q)
