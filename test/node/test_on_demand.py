@@ -82,8 +82,12 @@ OF_CLOUDS = (
     "scene_graph_ros.geometry.query.elements",
     "scene_graph_ros.geometry.tables.point_tree",
     "scene_graph_ros.node.effects.cloud_markers",
-    "scene_graph_ros.node.effects.field_markers",
     "scene_graph_ros.node.world.point_channel",
+)
+OF_FIELDS = (
+    "scene_graph_ros.geometry.query.elements",
+    "scene_graph_ros.node.effects.field_markers",
+    "scene_graph_ros.views.height_fields",
 )
 OF_DEPTH = (
     "msg_adapters.depth_images",
@@ -140,6 +144,12 @@ CLOUD = """
     shape: {type: point_cloud, radius: 0.1, points: [[0, 0, 0.2]]}
     roles: {proximity: {}, illustration: {}}
 """
+FIELD = """
+  - name: ground
+    source: s
+    shape: {type: height_field, heights: [[0.2, 0.2], [0.2, 0.2]], size: [1, 1]}
+    roles: {proximity: {}, illustration: {}}
+"""
 CAMERA = """
 cameras:
   - {name: eye, source: s, size: [4, 3], fov_y: 1, images: [depth]}
@@ -177,7 +187,7 @@ def test_nothing_is_imported_or_advertised_unasked(run, properties):
     assert report["got"] == ["contacts", "markers/illustration", "markers/proximity"]
     assert report["contacts"] == [1, 0]
     unwanted = OF_SURFACES + OF_DEFORMABLES + OF_BOTH + OF_CAMERAS + OF_BROWSER
-    unwanted += OF_PLANNING + OF_RECORDING + OF_REGIONS + OF_CLOUDS + OF_DEPTH
+    unwanted += OF_PLANNING + OF_RECORDING + OF_REGIONS + OF_CLOUDS + OF_FIELDS + OF_DEPTH
     assert [m for m in report["modules"] if m.startswith(unwanted)] == []
     words = ("surface", "configurations", "camera", "region", "points", "sensed")
     assert not [t for t in report["topics"] if any(word in t for word in words)]
@@ -209,6 +219,15 @@ def test_clouds_come_with_the_first(run):
     assert not [name for name in OF_CLOUDS if name not in report["modules"]]
     assert "/s/points" in report["topics"]
     assert not [name for name in report["modules"] if name.startswith(OF_DEPTH)]
+    assert report["contacts"] == [2, 0]
+
+
+def test_height_fields_come_with_the_first(run):
+    """Their modules, no topic of points, and a contact of the ball with the ground."""
+    report = run("", FIELD)
+    loaded = report["modules"]
+    assert not [name for name in OF_FIELDS if not any(m.startswith(name) for m in loaded)]
+    assert "/s/points" not in report["topics"]
     assert report["contacts"] == [2, 0]
 
 

@@ -307,13 +307,13 @@ def test_help(capsys):
 
 
 def test_schema(capsys):
-    """--schema prints JSON that knows the keys of a scene and its nine shapes."""
+    """--schema prints JSON that knows the keys of a scene and its ten shapes."""
     assert main(["--schema"]) == 0
     schema = json.loads(capsys.readouterr().out)
     assert schema["required"] == ["version"]
     assert {"sources", "robots", "geometries"} <= set(schema["properties"])
     mapping = schema["$defs"]["GeometrySpec"]["properties"]["shape"]["discriminator"]["mapping"]
-    assert len(mapping) == 9
+    assert len(mapping) == 10
 
 
 PROPERTIES = """version: 1

@@ -22,6 +22,7 @@ PUBLIC = (
     "scene_graph_ros.planning",
     "scene_graph_ros.planning.trajectories",
     "scene_graph_ros.planning.certified",
+    "scene_graph_ros.sensing",
     "scene_graph_ros.client",
     "scene_graph_ros.node.node",
 )

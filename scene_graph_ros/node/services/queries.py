@@ -294,8 +294,7 @@ class Query:
 
 def kernels_of_clouds(snapshot: WorldSnapshot) -> tuple[str, ...]:
     """Return the group of kernels that measures clouds and fields, of a scene that has some."""
-    has_some = snapshot.sensing or snapshot.query.snapshot.proximity.has_elements
-    return (CLOUDS,) if has_some else ()
+    return (CLOUDS,) if snapshot.has_elements else ()
 
 
 def _of_planning(name: str) -> Query:

@@ -19,6 +19,7 @@ from scene_graph_ros.geometry.errors import NameConflictError, OwnershipError, U
 from scene_graph_ros.geometry.model.context import Context
 from scene_graph_ros.geometry.model.names import canonical_name
 from scene_graph_ros.geometry.model.renderers import Renderer
+from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.steps import between_steps
 from scene_graph_ros.node.runtime.names import DEFAULT_POSE_TYPE
@@ -241,6 +242,11 @@ class Scene:
         self.deformables = deformables_by_source(inspector, ids)
         senders = {name: (each.id, each.cloud) for name, each in self.records.items()}
         self.clouds = clouds_by_source(self.names, inspector, senders, world_frame)
+        elements = {*inspector.get_all_cloud_ids(), *inspector.get_all_height_field_ids()}
+        self.has_elements = not elements.isdisjoint(
+            inspector.get_all_geometry_ids(Role.PROXIMITY) if elements else ()
+        )
+        """Whether there are clouds or height fields to measure."""
         self.history: PoseHistory | None = None if before is None else before.history
         """Where all was in the last seconds, of a scene with images of depth."""
         self._prepare_images()

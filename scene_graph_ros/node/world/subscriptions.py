@@ -84,14 +84,17 @@ class Subscriptions:
         """Judge all messages that wait, and put in place what counts of them."""
         collected = [inputs.collect(limits) for inputs in self._poses]
         deformed, arrived = self._configurations.collect(limits)
-        sensed, sensed_at = self._points.collect(limits)
-        self._world.note_poses()
-        self._info.collect(limits)  # moves nothing
-        seen, seen_at = self._images.collect(limits)
         moved = {name for names, _ in collected for name in names}
+        arrivals, sensed = [arrived, *(arrival for _, arrival in collected)], set[str]()
+        if self._world.snapshot.sensing:
+            points = self._points.collect(limits)
+            self._world.note_poses()
+            self._info.collect(limits)  # moves nothing
+            images = self._images.collect(limits)
+            sensed = points[0] | images[0]
+            arrivals += [points[1], images[1]]
         # Steady times are never 0.
-        arrivals = (arrived, sensed_at, seen_at, *(arrival for _, arrival in collected))
-        return Collected(moved, deformed, sensed | seen, min(filter(None, arrivals), default=None))
+        return Collected(moved, deformed, sensed, min(filter(None, arrivals), default=None))
 
     def forget(self, after: int) -> None:
         """Forget stamps later than that; the poses hold."""

@@ -127,6 +127,8 @@ class WorldSnapshot:
     arrival: int | None = None
     cameras: Mapping[str, CameraDescription] = field(default_factory=dict)
     sensing: frozenset[str] = frozenset()
+    has_elements: bool = False
+    """Whether there are clouds or height fields to measure."""
     images: Mapping[str, SeenImage] = field(default_factory=dict)
     """The newest image of depth by source, of those that sent one."""
     _turns: dict[Hashable, threading.Lock] = field(default_factory=dict, repr=False)
@@ -380,6 +382,7 @@ class World:
             records=scene.records,
             deforming=frozenset(scene.deformables),
             sensing=frozenset(scene.clouds),
+            has_elements=scene.has_elements,
             scene_version=scene.version,
             sequence=self._sequence,
             stamp=max([0, *(each.newest for each in stamps.values())]),

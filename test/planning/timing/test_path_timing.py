@@ -268,7 +268,7 @@ def test_time_that_is_over_ends_it(tmp_path):
             {"limits": MotionLimits([1.0], [1.0], ("x",))},
             "position 'y', which has no limits",
         ),
-        ({"limits": MotionLimits([1.0, 1.0], [1.0, 1.0])}, "must have the names"),
+        ({"limits": MotionLimits([1.0], [1.0])}, "1 entries without names, and there are 2"),
         ({"rise_time": -1.0}, "rise_time must be seconds from 0 on, not -1.0"),
         ({"grid_points": 0}, "grid_points must be a whole number from 1 on, not 0"),
         ({"timeout": np.nan}, "timeout must be seconds"),
