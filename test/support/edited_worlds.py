@@ -22,6 +22,7 @@ from scene_graph_ros.geometry import (
     GeometryInstance,
     GeometrySet,
     HalfSpace,
+    HeightField,
     Mesh,
     PointCloud,
     ProximityProperties,
@@ -102,6 +103,10 @@ class World:
             arm, WORLD, soft_instance(X=at(0, 0, 2)), 0.2
         )
         self._add("seen", "crate", at(0, 0, 0.3), PointCloud([[0.1, 0, 0], [0, 0.1, 0.1]], 0.05))
+        field = HeightField([[0.1, 0.2], [0.1, 0.3]], (1.0, 1.0))
+        self.ids["ground"] = graph.register_geometry(
+            other, self.frames["crate"], GeometryInstance(np.eye(4), field, "ground")
+        )
         graph.exclude_collisions_within(self.set_of("ball", "rod", "hull"))
         graph.add_renderer("first", Renderer())
         context = self.context = graph.create_default_context()
@@ -271,6 +276,8 @@ def answers_of(world: World) -> dict[str, Any]:
             found[f"q_WG of {names[int(g)]}"] = context.configuration(g).tolist()
         if isinstance(inspector.get_shape(g), PointCloud):
             found[f"points of {names[int(g)]}"] = context.points(g).tolist()
+        if isinstance(inspector.get_shape(g), HeightField):
+            found[f"heights of {names[int(g)]}"] = context.heights(g).tolist()
     found["depth"] = _ids_by_pair(
         query.compute_point_pair_penetration(), names, ("depth", "p_WCa", "p_WCb", "nhat_BA_W")
     )

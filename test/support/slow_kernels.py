@@ -44,4 +44,4 @@ def fail():
 
 def group(name="slow", function="compile_slowly"):
     """Return a group that is compiled by one of these functions."""
-    return KernelGroup(name, "slow things", 3, (f"slow_kernels:{function}",))
+    return KernelGroup(name, "slow things", 2, (f"slow_kernels:{function}",))

@@ -179,4 +179,7 @@ EDITS_OF_POSES: dict[str, Edit] = {
     "set points": lambda w: w.context.set_points(
         w.other, {w.ids["seen"]: [[0.2, 0, 0], [0, 0.2, 0], [0, 0, 0.2]]}
     ),
+    "set heights": lambda w: w.context.set_heights(
+        w.other, {w.ids["ground"]: [[0.2, 0.1], [0.3, 0.1]]}
+    ),
 }

@@ -33,7 +33,7 @@ class HeightSet:
         """The shape whose heights they are."""
         self._given: FloatArray | None = heights
         self._placed: PlacedHeights | None = None
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()  # A thread that is interrupted may come once more.
 
     @property
     def heights(self) -> FloatArray:

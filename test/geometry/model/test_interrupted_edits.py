@@ -56,7 +56,15 @@ QUESTIONS_OF = {
         "collision_filter_manager",  # what it returns changes, below
     ),
     Context: (
-        *("clone", "configuration", "filters", "frame_pose", "frame_poses", "inspector"),
+        *(
+            "clone",
+            "configuration",
+            "filters",
+            "frame_pose",
+            "frame_poses",
+            "heights",
+            "inspector",
+        ),
         *("model_version", "points", "pose_version", "resolve_set", "share", "snapshot", "state"),
     ),
     CollisionFilterManager: ("has_transient_history", "is_active"),
