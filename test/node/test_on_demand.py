@@ -147,7 +147,7 @@ CLOUD = """
 FIELD = """
   - name: ground
     source: s
-    shape: {type: height_field, heights: [[0.2, 0.2], [0.2, 0.2]], size: [1, 1]}
+    shape: {type: height_field, heights: [[0.2, 0.2], [0.2, 0.2]], size: [1, 1], floor: -1}
     roles: {proximity: {}, illustration: {}}
 """
 CAMERA = """

@@ -103,7 +103,7 @@ class World:
             arm, WORLD, soft_instance(X=at(0, 0, 2)), 0.2
         )
         self._add("seen", "crate", at(0, 0, 0.3), PointCloud([[0.1, 0, 0], [0, 0.1, 0.1]], 0.05))
-        field = HeightField([[0.1, 0.2], [0.1, 0.3]], (1.0, 1.0))
+        field = HeightField([[0.1, 0.2], [0.1, 0.3]], (1.0, 1.0), -0.1)
         self.ids["ground"] = graph.register_geometry(
             other, self.frames["crate"], GeometryInstance(np.eye(4), field, "ground")
         )
