@@ -9,6 +9,7 @@ from typing import NamedTuple, TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.spatial.poses import inverse
 from scene_graph_ros.geometry.spatial.sums import moved
 from scene_graph_ros.sensing.depth_kernels import (
@@ -35,6 +36,7 @@ _EDGES = np.array([(i, i | bit) for bit in (1, 2, 4) for i in range(8) if not i 
 """Of a box: rows of its corners."""
 
 
+@one_line()
 class DepthRules(NamedTuple):
     """Which pixels are points, and how large; lengths in m."""
 
@@ -56,6 +58,7 @@ class DepthRules(NamedTuple):
     """Corners of the region of interest in W: what lies outside is no point."""
 
 
+@one_line()
 class NewPoints(NamedTuple):
     """The points of one image: in W ``(n, 3)`` m, with radii ``(n,)`` m."""
 
@@ -63,6 +66,7 @@ class NewPoints(NamedTuple):
     radii: FloatArray
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class DepthView:
     """Depths ``(h, w)`` float32, in m along z of C, seen through a lens at ``X_WC``.

@@ -8,12 +8,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.sensing.depth_kernels import CLEARED, KEPT, SEEN_AGAIN
 from scene_graph_ros.sensing.depth_view import DepthView, NewPoints
 
 __all__ = ["Counts", "SeenPoints"]
 
 
+@one_line()
 class Counts(NamedTuple):
     """How many points an image brought and took."""
 
@@ -26,6 +28,7 @@ class Counts(NamedTuple):
     """The oldest of more than there may be."""
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class SeenPoints:
     """Points ``(n, 3)`` of W, their radii ``(n,)``, m, and when each was seen ``(n,)``, ns.

@@ -18,6 +18,7 @@ from scene_graph_ros.geometry import (
 from scene_graph_ros.geometry.model.contact_properties import uses_triangles
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
 from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
+from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.shapes.half_space import HalfSpace
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.mesh import Mesh
@@ -29,6 +30,7 @@ __all__ = ["Body", "SelfFilter"]
 FloatArray = NDArray[np.float64]
 
 
+@one_line()
 class Body(NamedTuple):
     """A body of the robot: its frame, its pose in it, and the box around it."""
 
@@ -38,6 +40,7 @@ class Body(NamedTuple):
     half: FloatArray
 
 
+@one_line("frames")
 class SelfFilter:
     """Geometries in a scene of their own, placed at the time of an image.
 
