@@ -113,7 +113,7 @@ class Ours:
 
 
 def coal_contacts(heights: FloatArray, corners: FloatArray) -> Callable[[FloatArray], Any] | None:
-    """Return what asks Coal, or None where it is not installed."""
+    """Return a function that asks Coal, or None where it is not installed."""
     try:
         import coal
     except ImportError:
@@ -142,7 +142,7 @@ def coal_contacts(heights: FloatArray, corners: FloatArray) -> Callable[[FloatAr
 def mujoco_contacts(
     heights: FloatArray, corners: FloatArray
 ) -> Callable[[FloatArray], Any] | None:
-    """Return what asks MuJoCo, or None where it is not installed."""
+    """Return a function that asks MuJoCo, or None where it is not installed."""
     try:
         import mujoco
     except ImportError:

@@ -57,7 +57,7 @@ def parse_arguments() -> argparse.Namespace:
 
 
 def nearest_to_things(scene: Path, moments: list[list[float]]) -> tuple[float, str]:
-    """Return how near the robot came to the things that are there, m, and to which."""
+    """Return the least distance of the robot from the real things, m, and the nearest thing."""
     from scene_graph_ros.geometry import ProximityProperties, SceneGraph
     from scene_graph_ros.planning import RobotDiagram
     from scene_graph_ros.scene_files import load_scene

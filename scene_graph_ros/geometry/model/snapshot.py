@@ -310,7 +310,7 @@ class Snapshot(NotCopied):
         return known
 
     def element_set(self, geometry_id: GeometryId) -> PointSet | HeightSet:
-        """Return what a cloud or a height field is made of: its points, or its heights.
+        """Return the points of a cloud, or the heights of a height field.
 
         Raises UnknownIdError for an unknown geometry, InvalidConfigurationError for others.
         """

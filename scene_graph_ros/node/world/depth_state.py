@@ -96,7 +96,7 @@ class DepthState:
     _filters: tuple[SelfFilter, SelfFilter] | None = None
 
     def rules(self, error: float) -> DepthRules:
-        """Return which pixels are points, with the error of a depth, m."""
+        """Return the rules of images whose depths have this error, m."""
         its = self.settings
         return DepthRules(
             step=its.step,

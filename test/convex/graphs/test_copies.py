@@ -30,7 +30,7 @@ def example():
 
 
 def cost(graph, start, goal):
-    """Return what the shortest path costs."""
+    """Return the cost of the shortest path."""
     result = graph.solve_shortest_path(start, goal)
     assert result.is_success
     return result.cost

@@ -42,7 +42,7 @@ class Scene:
         return self.graph.register_geometry(source, frame, instance)
 
     def distance(self, context=None):
-        """Return how far the ball is from the field."""
+        """Return the distance of the ball from the field, m."""
         query = QueryObject(context or self.context)
         return query.compute_signed_distance_pair_closest_points(self.field, self.ball).distance
 

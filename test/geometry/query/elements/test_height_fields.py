@@ -89,7 +89,7 @@ def turned(rng, offset=0.3):
 
 
 def spread_of(field):
-    """Return how far from its origin shapes are put."""
+    """Return a distance from the origin at which shapes are put, m."""
     return np.array([0.6 * field.size[0], 0.6 * field.size[1], 0.4]).clip(0.3)
 
 
