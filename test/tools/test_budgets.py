@@ -1,4 +1,4 @@
-"""Each folder has its share of the tests' time, and a run in which one takes more fails."""
+"""Each folder has its share of the tests' time, and a run says which one took more."""
 
 from __future__ import annotations
 
@@ -6,12 +6,14 @@ import os
 from pathlib import Path
 import subprocess
 import sys
+import tomllib
 from types import SimpleNamespace
 
 from budgets import Budgets
 import pytest
 
-SUPPORT = Path(__file__).parents[1] / "support"
+ROOT = Path(__file__).parents[2]
+SUPPORT = ROOT / "test" / "support"
 
 OPTIONS = """
 [tool.budgets.all]
@@ -41,6 +43,18 @@ def test_the_longest_path_that_fits_counts():
     assert budgets.seconds == {"test/a": 9.0, "test/a/b": 2.0, "test/a/b/test_c.py": 4.0}
     (problem,) = budgets.problems()
     assert problem == "test/a took 60.0%, and may take 50.0%"
+
+
+def test_every_folder_of_tests_has_a_share():
+    """Said by this test, before the run's end."""
+    tables = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["budgets"]
+    shares = [ROOT / folder for table in tables.values() for folder in table]
+    without = {
+        test.parent
+        for test in ROOT.glob("test/**/test_*.py")
+        if not any(test.is_relative_to(folder) for folder in shares)
+    }
+    assert not without, "give them shares in pyproject.toml"
 
 
 def test_a_folder_without_a_share_is_named():
@@ -76,10 +90,10 @@ def run(tmp_path):
 
 
 @pytest.mark.parametrize("options", [(), ("-n", "2")], ids=["one process", "workers"])
-def test_a_run_fails_where_a_folder_takes_more_than_its_share(run, options):
-    """Each test is counted once, wherever it ran."""
+def test_a_run_says_which_folder_takes_more_than_its_share(run, options):
+    """Each test is counted once, wherever it ran; time fails no run."""
     done = run(1.0, 0.5, *options)
-    assert done.returncode == 1, done.stdout
+    assert done.returncode == 0, done.stdout
     assert "2 passed" in done.stdout
     (line,) = (line for line in done.stdout.splitlines() if line.startswith("over budget"))
     assert line.startswith("over budget: waits took ")

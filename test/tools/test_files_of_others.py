@@ -4,7 +4,7 @@ import ast
 from collections import Counter
 from pathlib import Path
 
-_ROOT = Path(__file__).parents[1]
+_ROOT = Path(__file__).parents[2]
 _DOOR = "scene_graph_ros/geometry/files.py"
 _CALLS = frozenset({
     "open", "fdopen", "read_text", "read_bytes", "fromfile", "loadtxt", "genfromtxt", "memmap",
@@ -28,6 +28,7 @@ _ALLOWED = {
     "scene_graph_ros/geometry/compiled/kernel_files.py: os.open": _OWN_CACHE,
     "scene_graph_ros/geometry/compiled/kernel_files.py: os.fdopen": _OWN_CACHE,
     "scene_graph_ros/geometry/compiled/kernel_files.py: pickle.loads": _OWN_CACHE,
+    "scene_graph_ros/geometry/compiled/claims.py: os.open": _OWN_CACHE,
     "scene_graph_ros/geometry/compiled/kernel_packs.py: path.open": _OWN_PACK,
     "scene_graph_ros/geometry/compiled/kernel_packs.py: pickle.loads": _OWN_PACK,
     "scene_graph_ros/geometry/compiled/pack_writer.py: pickle.loads": _OWN_CACHE,
@@ -41,6 +42,7 @@ _ALLOWED = {
     "scene_graph_ros/geometry/meshes/textures.py: Image.open": _IN_MEMORY,
     "scene_graph_ros/geometry/perception/gltf/answers.py: Image.open": _IN_MEMORY,
     "scene_graph_ros/convex/iris/regions_yaml.py: yaml.safe_load": _IN_MEMORY,
+    "scene_graph_ros/convex/typed_yaml.py: yaml.safe_load": "text that the user gives",
     "scene_graph_ros/geometry/meshes/other_process.py: np.load": "what its own process wrote",
     "scene_graph_ros/geometry/kept_results.py: os.fdopen": _OWN_CACHE,
     "scene_graph_ros/geometry/meshes/solids/kept_solid.py: read_bytes": _OWN_SOURCE,
@@ -71,6 +73,7 @@ _ALLOWED = {
     f"{path}: importlib.import_module": _OWN_NAME
     for path in (
         "scene_graph_ros/ask.py",
+        "scene_graph_ros/convex/solve/smooth_program.py",
         "scene_graph_ros/geometry/__init__.py",
         "scene_graph_ros/geometry/query/distance/fcl_engine.py",
         "scene_graph_ros/geometry/optimization/__init__.py",
