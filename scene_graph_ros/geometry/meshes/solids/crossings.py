@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.bvh import build_bvh, traversal_stack
+from scene_graph_ros.geometry.meshes.solids.overlaps import boxes_meet
 from scene_graph_ros.geometry.meshes.solids.press import (
     gap_between,
     SHARED,
-    TOUCHING,
     unit_normals,
 )
 from scene_graph_ros.geometry.meshes.triangle_boxes import triangle_boxes
@@ -22,6 +22,11 @@ __all__ = ["first_crossing"]
 
 _DEEP = 1e-9
 """Relative to the size: an edge that passes through a triangle by less only touches it."""
+
+_FLAT = 5e-15
+"""Relative to the size: triangles that lie on each other are apart by no more, by rounding. Planes
+of single precision meet in wedges of 1e-7 radians, whose ends are that thin for 5e-8; beyond them
+the nearer side is known."""
 
 
 @lean_kernel
@@ -77,7 +82,7 @@ def _pierced(vertices, triangles, t, s, slack):
 @lean_kernel
 def _cross(vertices, triangles, normals, t, s, size):
     """Return (crosses, x) of two triangles; those with an edge in common can only fold."""
-    flat, slack = TOUCHING * size, _DEEP * size
+    flat, slack = _FLAT * size, _DEEP * size
     if gap_between(vertices, triangles, normals, t, s, -flat, flat, SHARED * size) >= -flat:
         return True, load_vector(vertices, triangles[s, 0])
     shared = 0
@@ -93,15 +98,6 @@ def _cross(vertices, triangles, normals, t, s, size):
 
 
 @lean_kernel
-def _meets(i, j, lower, upper):
-    """Return whether two boxes meet."""
-    for axis in range(3):
-        if lower[i, axis] > upper[j, axis] or upper[i, axis] < lower[j, axis]:
-            return False
-    return True
-
-
-@lean_kernel
 def _leaves_cross(vertices, triangles, normals, lower, upper, tree, i, j, size):
     """Return (crosses, x) of the triangles of two leaves, or of one with itself."""
     _, _, left, right, order = tree
@@ -109,7 +105,7 @@ def _leaves_cross(vertices, triangles, normals, lower, upper, tree, i, j, size):
         for other in range(-1 - left[j], -1 - left[j] + right[j]):
             if i == j and other <= one:
                 continue
-            if _meets(order[one], order[other], lower, upper):
+            if boxes_meet(order[one], order[other], lower, upper):
                 t, s = order[one], order[other]
                 crosses, x = _cross(vertices, triangles, normals, t, s, size)
                 if crosses:
@@ -130,7 +126,7 @@ def _first(vertices, triangles, normals, lower, upper, tree, size):
         while depth > 0:
             depth -= 1
             i, j = ones[depth], others[depth]
-            if not _meets(i, j, node_lower, node_upper):
+            if not boxes_meet(i, j, node_lower, node_upper):
                 continue
             if left[i] < 0 and left[j] < 0:
                 crosses, x = _leaves_cross(
