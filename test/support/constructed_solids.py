@@ -228,16 +228,18 @@ def with_specks(rng, solid):
 
 
 def with_motes(rng, solid):
-    """Return a solid with bodies of 1.5 to 100 times 1e-12 of its size in its hull, and these.
+    """Return a solid with bodies of some 1e-12 to 1e-10 of its size in its hull, and these.
 
-    They are too small to be cut along other bodies, and large enough to be kept.
+    They are too small to be cut along other bodies, and large enough to be kept: each has a ball
+    of 1e-12 of the size in it, or more.
     """
     corners = np.vstack([body.vertices for body in solid.bodies])
     motes = []
     for _ in range(int(rng.integers(1, 4))):
         shape = convex_body(shape_points(rng) @ rotation(rng).T)
-        extent = solid.size * 10.0 ** rng.uniform(np.log10(1.5e-12), -10.0)
-        small = shape.vertices * extent / np.ptp(shape.vertices, axis=0).max()
+        middle = shape.vertices.mean(axis=0)
+        thickness = (shape.offsets - shape.normals @ middle).min()
+        small = shape.vertices * solid.size * 10.0 ** rng.uniform(-12.0, -10.5) / thickness
         at = small + rng.dirichlet(np.ones(len(corners))) @ corners
         motes.append(shape._replace(vertices=at, offsets=(at @ shape.normals.T).max(axis=0)))
     turned = solid.is_turned + [False] * len(motes)
