@@ -14,6 +14,7 @@ import argparse
 import os
 from pathlib import Path
 import tempfile
+import textwrap
 
 import numpy as np
 from numpy.typing import NDArray
@@ -191,7 +192,7 @@ def main() -> None:
     page = options.out / "meshes.md"
     before_it, _, rest = page.read_text().partition(_START)
     after = rest.partition(_END)[2]
-    told = "\n".join(["", "", machine(load).strip(), "", *lines, "", ""])
+    told = "\n".join(["", "", textwrap.fill(machine(load).strip(), 99), "", *lines, "", ""])
     page.write_text(before_it + _START + told + _END + after)
 
 

@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator
 import contextlib
 import os
 from pathlib import Path
+import textwrap
 import time
 from unittest import mock
 
@@ -196,7 +197,7 @@ def main() -> None:
     page = options.out / "meshes.md"
     before, _, rest = page.read_text().partition(_START)
     after = rest.partition(_END)[2]
-    told = "\n".join(["", "", machine(load).strip(), "", *lines, "", ""])
+    told = "\n".join(["", "", textwrap.fill(machine(load).strip(), 99), "", *lines, "", ""])
     page.write_text(before + _START + told + _END + after)
 
 

@@ -13,6 +13,7 @@ from scene_graph_ros.geometry.meshes.solids.overlaps import boxes_meet
 from scene_graph_ros.geometry.meshes.solids.press import (
     gap_between,
     SHARED,
+    TOUCHING,
     unit_normals,
 )
 from scene_graph_ros.geometry.meshes.triangle_boxes import triangle_boxes
@@ -23,10 +24,12 @@ __all__ = ["first_crossing"]
 _DEEP = 1e-9
 """Relative to the size: an edge that passes through a triangle by less only touches it."""
 
+_WEDGE = 1e-6
+"""Relative to the size: planes of single precision meet in wedges of 1e-7 radians, whose ends are
+thinner than TOUCHING for half as much. Triangles that lie on each other for more are a fold."""
+
 _FLAT = 5e-15
-"""Relative to the size: triangles that lie on each other are apart by no more, by rounding. Planes
-of single precision meet in wedges of 1e-7 radians, whose ends are that thin for 5e-8; beyond them
-the nearer side is known."""
+"""Relative to the size: in the end of a wedge, what is thicker has two sides that are known."""
 
 
 @lean_kernel
@@ -82,8 +85,12 @@ def _pierced(vertices, triangles, t, s, slack):
 @lean_kernel
 def _cross(vertices, triangles, normals, t, s, size):
     """Return (crosses, x) of two triangles; those with an edge in common can only fold."""
-    flat, slack = _FLAT * size, _DEEP * size
-    if gap_between(vertices, triangles, normals, t, s, -flat, flat, SHARED * size) >= -flat:
+    flat, thin, slack = TOUCHING * size, _FLAT * size, _DEEP * size
+    folded = gap_between(vertices, triangles, normals, t, s, -flat, flat, _WEDGE * size) >= -flat
+    if not folded:
+        gap = gap_between(vertices, triangles, normals, t, s, -thin, thin, SHARED * size)
+        folded = gap >= -thin
+    if folded:
         return True, load_vector(vertices, triangles[s, 0])
     shared = 0
     for k in range(3):
