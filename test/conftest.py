@@ -17,7 +17,7 @@ settings.load_profile("patient")
 
 @pytest.fixture(scope="session", autouse=True)
 def meshes_kept_apart(tmp_path_factory):
-    """Keep results about meshes in a folder of the run, for all its processes: nothing is there."""
+    """Keep results about meshes in a folder of the run, empty at first, for all its processes."""
     base = tmp_path_factory.getbasetemp()
     folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "meshes"
     folder.mkdir(mode=0o700, exist_ok=True)
