@@ -14,6 +14,7 @@ import numpy as np
 from scene_graph_ros.convex.errors import ConvexSetError, SolverError
 from scene_graph_ros.convex.solve.cones.solver_choice import check_names
 from scene_graph_ros.convex.solve.cones.standard_form import Cone, Reply, StandardForm, Status
+from scene_graph_ros.missing_package import not_installed
 
 __all__ = ["ask_clarabel"]
 
@@ -43,10 +44,8 @@ def ask_clarabel(
     try:
         import clarabel
     except ImportError:
-        raise SolverError(
-            f"{what}: programs over cones are solved by the package clarabel, which is not"
-            " installed; pip install clarabel"
-        ) from None
+        lack = not_installed(f"{what}: a program over cones", "clarabel")
+        raise SolverError(lack) from None
     counts, sizes = form.counts, form.sizes
     cones = [clarabel.ZeroConeT(counts[Cone.ZERO])] if counts[Cone.ZERO] else []
     if counts[Cone.NONNEGATIVE]:
