@@ -10,7 +10,7 @@ from rclpy.node import Node
 from scene_graph_ros.node.topic_names import expand_topic, topic_problems, TopicNameError
 from scene_graph_ros.node.world.scene import Edit
 from scene_graph_ros.node.world.source_topics import SourceTopic, topics_of
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import WorldSnapshot
 
 __all__ = ["ResolvedTopics"]
 

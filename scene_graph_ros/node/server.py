@@ -31,8 +31,7 @@ from scene_graph_ros.node.world.inputs import message_type
 from scene_graph_ros.node.world.planned_path import PlannedPath
 from scene_graph_ros.node.world.scenes import loader_of, SceneLoader
 from scene_graph_ros.node.world.subscriptions import Subscriptions
-from scene_graph_ros.node.world.world import World
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import World, WorldSnapshot
 
 if TYPE_CHECKING:
     from collections.abc import Callable

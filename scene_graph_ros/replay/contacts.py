@@ -18,7 +18,7 @@ from scene_graph_ros.node.effects.declarations import EffectDeclaration, EFFECTS
 from scene_graph_ros.node.effects.demand import Demand
 from scene_graph_ros.node.effects.point_contact import contact_message
 from scene_graph_ros.node.effects.state import load
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import WorldSnapshot
 
 __all__ = ["SURFACES", "ContactCheck", "answer_of", "effects_on"]
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from scene_graph_ros.node.effects.answer_thread import Found
 from scene_graph_ros.node.effects.moment import SnapshotMoment
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import WorldSnapshot
 from scene_graph_ros.replay.contacts import answer_of, effects_on, SURFACES
 from scene_graph_ros.replay.reader import Recorded, RecordingError
 from scene_graph_ros.replay.replay import Replay

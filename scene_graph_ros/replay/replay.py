@@ -31,8 +31,7 @@ from scene_graph_ros.node.world.scenes import Described, SceneLoader
 from scene_graph_ros.node.world.source_channel import apply_kept, SourceChannel
 from scene_graph_ros.node.world.source_topics import CAMERA_INFO, DEPTH_IMAGES
 from scene_graph_ros.node.world.time_limits import TimeLimits
-from scene_graph_ros.node.world.world import World
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import World, WorldSnapshot
 from scene_graph_ros.replay.reader import Recorded, RecordingError
 
 __all__ = ["Replay"]

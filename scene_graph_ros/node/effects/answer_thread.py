@@ -9,7 +9,7 @@ import threading
 import time
 from typing import Any, NamedTuple
 
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import WorldSnapshot
 
 __all__ = ["AnswerThread", "Found"]
 

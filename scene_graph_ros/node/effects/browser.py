@@ -16,7 +16,7 @@ from scene_graph_ros.node.effects.effect import Host
 from scene_graph_ros.node.effects.moment import SnapshotMoment
 from scene_graph_ros.node.effects.page_file import write_page_file
 from scene_graph_ros.node.runtime.own_threads import stop_at_exit
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import WorldSnapshot
 from scene_graph_ros.views.browser.server import BrowserView
 from scene_graph_ros.views.browser.wishes import Move
 from scene_graph_ros.views.origins import origins_of

@@ -14,7 +14,7 @@ import time
 from rclpy.node import Node
 
 from msg_adapters.definitions import definition_with_parts
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import WorldSnapshot
 from scene_graph_ros.views.browser.assets import Asset, SceneAssets
 from scene_graph_ros.views.browser.channels import Channels
 from scene_graph_ros.views.browser.seldom import Seldom

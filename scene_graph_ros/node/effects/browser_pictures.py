@@ -8,7 +8,7 @@ from scene_graph_ros.geometry.errors import UnknownIdError
 from scene_graph_ros.geometry.perception import ImageKind
 from scene_graph_ros.geometry.perception.image_forms import colors
 from scene_graph_ros.node.effects.camera_frame import CameraFrame
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import WorldSnapshot
 from scene_graph_ros.views.png import png
 
 __all__ = ["color_png"]

@@ -22,7 +22,7 @@ from scene_graph_ros.node.effects.effect import Host, Outlet
 from scene_graph_ros.node.effects.frames import FrameThread
 from scene_graph_ros.node.runtime.names import TRANSFORMS
 from scene_graph_ros.node.runtime.qos import contact_qos
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import WorldSnapshot
 
 __all__ = ["CameraEffect"]
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.perception import CameraDescription, ImageKind, Images
 from scene_graph_ros.geometry.spatial.sums import product
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import WorldSnapshot
 
 __all__ = ["CameraFrame", "optical_frame", "parent_of"]
 

@@ -12,7 +12,7 @@ from msg_adapters.wire.deformable_markers import DeformableMarkers, Positions
 from scene_graph_ros.geometry import Role
 from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.node.effects.deformable_markers import RoleDeformables
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import WorldSnapshot
 from scene_graph_ros.views.clouds import balls_in_world, cloud_ids, cloud_items, placed_version
 from scene_graph_ros.views.deformables import DeformableItem
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from scene_graph_ros.geometry.query.query_object import QueryObject
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import WorldSnapshot
 
 __all__ = ["DeformableContact"]
 

@@ -10,7 +10,7 @@ from rclpy.serialization import serialize_message
 from msg_adapters.wire.deformable_markers import DeformableMarkers, Positions
 from scene_graph_ros.geometry import Role
 from scene_graph_ros.geometry.model.ids import GeometryId
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import WorldSnapshot
 from scene_graph_ros.views.deformables import deformable_items, DeformableItem
 
 __all__ = ["RoleDeformables"]

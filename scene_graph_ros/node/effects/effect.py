@@ -20,7 +20,7 @@ from scene_graph_ros.node.effects.answer_thread import Found
 from scene_graph_ros.node.effects.receipts import Receipts
 from scene_graph_ros.node.runtime.qos import overridable
 from scene_graph_ros.node.world.planned_path import PlannedPath
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import WorldSnapshot
 
 if TYPE_CHECKING:
     from scene_graph_ros.node.recording.recorder import Recorder

@@ -10,7 +10,7 @@ from msg_adapters.wire.deformable_markers import Positions
 from scene_graph_ros.geometry import Role
 from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.node.effects.deformable_markers import RoleDeformables
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import WorldSnapshot
 from scene_graph_ros.views.deformables import DeformableItem
 from scene_graph_ros.views.height_fields import (
     field_ids,

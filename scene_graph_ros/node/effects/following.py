@@ -15,7 +15,7 @@ from visualization_msgs.msg import MarkerArray
 from scene_graph_ros.node.effects.effect import Host, Outlet
 from scene_graph_ros.node.effects.frames import FrameThread
 from scene_graph_ros.node.runtime.qos import latched_qos
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import WorldSnapshot
 
 __all__ = ["FollowingEffect"]
 

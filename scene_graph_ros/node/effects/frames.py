@@ -7,7 +7,7 @@ import threading
 import time
 
 from scene_graph_ros.node.runtime.own_threads import stop_at_exit
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import WorldSnapshot
 
 __all__ = ["FrameThread", "Pace"]
 

@@ -18,7 +18,7 @@ from sensor_msgs.msg import JointState
 from msg_adapters.stamps import stamp_to_msg
 from scene_graph_ros.node.effects.effect import Host
 from scene_graph_ros.node.runtime.qos import contact_qos
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import WorldSnapshot
 from scene_graph_ros.views.sliders import Slider
 
 __all__ = ["JointSliders", "sliders_of"]

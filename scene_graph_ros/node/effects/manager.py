@@ -24,7 +24,7 @@ from scene_graph_ros.node.effects.demand import Demand
 from scene_graph_ros.node.effects.effect import Effect, Host
 from scene_graph_ros.node.effects.slow_answer import SlowAnswer
 from scene_graph_ros.node.effects.state import Answer, EffectReport, EffectState, load
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import WorldSnapshot
 
 __all__ = ["Effects"]
 

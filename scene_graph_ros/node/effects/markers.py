@@ -26,7 +26,7 @@ from scene_graph_ros.node.runtime.names import (
     MARKERS_PROXIMITY,
 )
 from scene_graph_ros.node.runtime.qos import marker_qos
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import WorldSnapshot
 from scene_graph_ros.views.draw_list import DrawItem
 
 if TYPE_CHECKING:

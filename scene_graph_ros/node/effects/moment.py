@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.node.effects.answer_thread import Found
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import WorldSnapshot
 from scene_graph_ros.views.moment import Contacts, Trouble
 from scene_graph_ros.views.sliders import Slider, SliderState
 

@@ -20,7 +20,7 @@ from scene_graph_ros.node.effects.plan_markers import PlanMarkers
 from scene_graph_ros.node.effects.plan_proof import PathInWorld, PathProof
 from scene_graph_ros.node.runtime.names import MARKERS_PLAN, PLAN_HOLDS
 from scene_graph_ros.node.world.planned_path import PlannedPath
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import WorldSnapshot
 
 __all__ = ["PlanEffect"]
 

@@ -11,7 +11,7 @@ from scene_graph_ros.geometry.errors import UnknownIdError
 from scene_graph_ros.node.runtime.made_once import made_once
 from scene_graph_ros.node.world.planned_path import PlannedPath
 from scene_graph_ros.node.world.planning_robots import PlanningRobots
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import WorldSnapshot
 from scene_graph_ros.planning import EdgeMeasure, EdgeStatus, SceneGraphCollisionChecker
 from scene_graph_ros.planning.checker.start_overlap import start_overlap_of
 

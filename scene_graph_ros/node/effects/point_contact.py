@@ -21,7 +21,7 @@ from scene_graph_ros.node.effects.effect import Host, Outlet
 from scene_graph_ros.node.runtime.made_once import made_once
 from scene_graph_ros.node.runtime.names import CONTACT_MARKERS, CONTACTS
 from scene_graph_ros.node.runtime.qos import contact_qos, marker_qos
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import WorldSnapshot
 
 __all__ = ["Penetrations", "PointContact", "contact_message"]
 

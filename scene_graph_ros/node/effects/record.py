@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from scene_graph_ros.node.effects.effect import Host
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import WorldSnapshot
 
 __all__ = ["Record"]
 

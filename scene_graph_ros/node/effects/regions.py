@@ -19,7 +19,7 @@ from scene_graph_ros.node.effects.effect import Host
 from scene_graph_ros.node.effects.following import FollowingEffect
 from scene_graph_ros.node.runtime.names import MARKERS_REGIONS, REGIONS
 from scene_graph_ros.node.world.kept_regions import FollowedRegions
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import WorldSnapshot
 
 __all__ = ["RegionsEffect"]
 

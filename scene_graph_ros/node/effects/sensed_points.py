@@ -16,7 +16,7 @@ from scene_graph_ros.node.effects.effect import Host, Outlet
 from scene_graph_ros.node.runtime.names import SENSED
 from scene_graph_ros.node.runtime.qos import image_qos
 from scene_graph_ros.node.world.intake import UNSTAMPED
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import WorldSnapshot
 
 __all__ = ["SensedPoints"]
 

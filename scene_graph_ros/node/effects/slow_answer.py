@@ -7,7 +7,7 @@ from typing import Any
 
 from scene_graph_ros.node.effects.answer_thread import AnswerThread, Found
 from scene_graph_ros.node.effects.state import Answer, Question
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import WorldSnapshot
 
 __all__ = ["SlowAnswer"]
 

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 from scene_graph_ros.node.effects.answer_thread import Found
 from scene_graph_ros.node.effects.declarations import EffectDeclaration
 from scene_graph_ros.node.effects.effect import Effect, WorksAlone
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import WorldSnapshot
 
 __all__ = ["Answer", "EffectReport", "EffectState", "Question", "load"]
 

@@ -29,7 +29,7 @@ from scene_graph_ros.geometry.spatial.sums import product
 from scene_graph_ros.located import suggestion
 from scene_graph_ros.node.effects.camera_frame import optical_frame, parent_of
 from scene_graph_ros.node.services.queries import QueryScope
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import WorldSnapshot
 
 __all__ = ["render_images"]
 

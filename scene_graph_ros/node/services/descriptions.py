@@ -12,8 +12,7 @@ from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.node.runtime.own_threads import stop_at_exit
 from scene_graph_ros.node.world.scene import Edit
 from scene_graph_ros.node.world.scenes import Described, SceneLoader
-from scene_graph_ros.node.world.world import World
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import World, WorldSnapshot
 
 __all__ = ["Descriptions"]
 

@@ -27,7 +27,7 @@ from scene_graph_ros.node.services.plan_goals import (
 )
 from scene_graph_ros.node.world.planned_path import PlannedPath
 from scene_graph_ros.node.world.planning_robots import PlanningRobots
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import WorldSnapshot
 from scene_graph_ros.planning import (
     Plan,
     plan_path,

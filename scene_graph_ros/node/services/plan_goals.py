@@ -21,7 +21,7 @@ from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.node.services.reported_joints import require_reported
 from scene_graph_ros.node.services.tally import require
 from scene_graph_ros.node.world.planning_robots import PlanningRobots
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import WorldSnapshot
 from scene_graph_ros.planning import MissingRetimerError, PlanProgress, PoseTarget
 from scene_graph_ros.planning.checker.position_limits import moved_inside
 from scene_graph_ros.robots.tree_kernels import FLOATING

@@ -45,7 +45,7 @@ from scene_graph_ros.node.services.tally import (
     signed_distances_within,
     Tally,
 )
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import WorldSnapshot
 
 if TYPE_CHECKING:
     from scene_graph_ros.node.world.kept_regions import KeptRegions

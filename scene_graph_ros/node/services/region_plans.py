@@ -41,7 +41,7 @@ from scene_graph_ros.node.services.plan_watch import NoPlanError, PlanWatch
 from scene_graph_ros.node.services.tally import require
 from scene_graph_ros.node.world.planned_path import PlannedPath
 from scene_graph_ros.node.world.planning_robots import PlanningRobots
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import WorldSnapshot
 from scene_graph_ros.planning import (
     IrisZoOptions,
     plan_path,

@@ -10,7 +10,7 @@ from msg_adapters.errors import MessageError, StaleError
 from scene_graph_ros.node.world.intake import UNSTAMPED
 from scene_graph_ros.node.world.planning_robots import PlanningRobots
 from scene_graph_ros.node.world.robot_motion import BASE
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import WorldSnapshot
 
 __all__ = ["require_reported"]
 

@@ -38,8 +38,7 @@ from scene_graph_ros.node.world.edits import EDITS, Tools
 from scene_graph_ros.node.world.handles import Handle
 from scene_graph_ros.node.world.intake import UNSTAMPED
 from scene_graph_ros.node.world.scene import Edit
-from scene_graph_ros.node.world.world import World
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import World, WorldSnapshot
 
 if TYPE_CHECKING:
     from scene_graph_ros.node.recording.recorder import Recorder

@@ -14,8 +14,7 @@ from typing import Any
 
 from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.node.world.intake import UNSTAMPED
-from scene_graph_ros.node.world.world import World
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import World, WorldSnapshot
 
 __all__ = ["PendingAnswer", "PoseRequirement", "Waiting"]
 

@@ -19,7 +19,7 @@ from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.located import suggestion
 from scene_graph_ros.node.runtime.made_once import made_once
-from scene_graph_ros.node.world.world_snapshot import WorldSnapshot
+from scene_graph_ros.node.world.world import WorldSnapshot
 
 __all__ = ["FollowedRegions", "KeptRegion", "KeptRegions", "Surroundings"]
 
