@@ -197,6 +197,21 @@ class SafeVelocity:
         self._last = step.velocity
         return step
 
+    def brake(self, dt: float, present: ArrayLike | None = None) -> NDArray[np.float64]:
+        """Return the velocity ``(nv,)`` for the next ``dt`` (s) of a robot that brakes evenly.
+
+        Along its line, as the step before has proven: it needs no configuration, so it is there
+        where that is not known. ``present`` as for `filter`, which goes on from there. Raises
+        SafeVelocityError naming the argument and entry that is wrong.
+        """
+        step = number_from("dt", dt)
+        if step == 0.0:
+            raise SafeVelocityError("dt must be positive, not 0")
+        now = self._last if present is None else self._wanted.velocity("present", present)
+        ticks = steps_to_rest(np.abs(now), self._limits, step)
+        self._last = now * ((ticks - 1) / ticks)
+        return self._last.copy()
+
     # One tick.
 
     def _tick(
