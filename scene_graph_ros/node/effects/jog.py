@@ -77,6 +77,8 @@ class Jog:
         self._is_active = self._is_closed = False
         self._reason = self._failure = ""
         self._seconds: deque[float] = deque(maxlen=_RECENT)
+        self._spent: deque[float] = deque(maxlen=_RECENT)
+        """Of the processor, for the same ticks."""
         self._ticks = self._late = 0
         self._last_tick: int | None = None
         self._loop = UpdateLoop(
@@ -145,16 +147,15 @@ class Jog:
 
     def counters(self) -> Mapping[str, Any]:
         """Return counts of commands, and times of ticks."""
-        commands, seconds = self._commands, list(self._seconds)
-        quantiles = np.percentile(seconds, [50.0, 99.0, 99.9]) if seconds else np.zeros(3)
-        words = ("median", "99th percentile", "99.9th percentile")
+        commands = self._commands
         return {
             "commands taken": commands.taken,
             "commands refused": commands.refusals,
             "last refused": commands.refused or "none",
             "joint commands": commands.missing or "taken",
             "ticks that came a period late": self._late,
-            **{f"tick {w} (s)": float(s) for w, s in zip(words, quantiles, strict=True)},
+            **_quantiles("tick", list(self._seconds)),
+            **_quantiles("tick's processor time", list(self._spent)),
         }
 
     # In its own thread.
@@ -170,7 +171,7 @@ class Jog:
         asked, snapshot = self._commands.newest(), self._snapshot
         if snapshot is None:
             return
-        begin, now = time.perf_counter(), self._now()
+        begin, spent, now = time.perf_counter(), time.thread_time(), self._now()
         try:
             trouble = self._robot.see(snapshot)
             if asked is None and self._robot.is_at_rest and not self._is_active:
@@ -193,6 +194,7 @@ class Jog:
         self._send(step, now)
         self._tell(step, now, is_asked=asked is not None)
         self._seconds.append(time.perf_counter() - begin)
+        self._spent.append(time.thread_time() - spent)
         self._ticks += 1
 
     def _count_late(self) -> None:
@@ -256,3 +258,10 @@ class Jog:
             return int(JogStatus.LOSING)
         is_same = np.abs(step.velocity - step.asked).max(initial=0.0) <= _SAME
         return int(JogStatus.FOLLOWING if is_same else JogStatus.HELD)
+
+
+def _quantiles(what: str, seconds: list[float]) -> dict[str, float]:
+    """Return the median and two more quantiles of times (s), by name; 0 for none."""
+    values = np.percentile(seconds, [50.0, 99.0, 99.9]) if seconds else np.zeros(3)
+    words = ("median", "99th percentile", "99.9th percentile")
+    return {f"{what} {w} (s)": float(s) for w, s in zip(words, values, strict=True)}
