@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import importlib
-import importlib.util
+import importlib.machinery
 from pathlib import Path
 import sys
 from typing import Any
@@ -27,10 +27,12 @@ WORKSPACE_VARIABLES = {
 
 def message_class(package: str, name: str) -> Any:
     """Return the class of a message; skip where it is in neither place."""
-    if importlib.util.find_spec(package) is None:
+    sites = [path for path in sys.path if Path(path) != _SITE_PACKAGES]
+    if importlib.machinery.PathFinder.find_spec(package, sites) is None:
         if not (_SITE_PACKAGES / package).is_dir():
             pytest.skip(f"{package} is neither installed nor in the test workspace (`make test`)")
-        sys.path.append(str(_SITE_PACKAGES))
+        if str(_SITE_PACKAGES) not in sys.path:
+            sys.path.append(str(_SITE_PACKAGES))
         _preload(sorted((_PREFIX / "lib").glob(f"lib{package}__*.so")))
     return getattr(importlib.import_module(f"{package}.msg"), name)
 
