@@ -114,7 +114,7 @@ def main() -> int:
 
             view = look()
             new = view.points()
-            before = SeenPoints(new.p_WPs, new.radii, np.zeros(len(new.radii), np.int64))
+            before = SeenPoints(new.p_WPs, new.radii, *np.zeros((2, len(new.radii)), np.int64))
             taken = _least(lambda look=look: look().points())
             cleared = _least(lambda b=before, v=view, n=new: b.after(v, n, 1, 1_000_000))
             print(

@@ -247,12 +247,14 @@ class Replay:
             for name, noun in sorted(self._channels, key=_in_order):
                 channel, record = self._channels[name, noun], world.records.get(name)
                 find, changed = targets.get(noun, (world.frames, moved))
-                if noun == DEPTH_IMAGES:
+                is_sensor = noun in (_POINTS, CAMERA_INFO, DEPTH_IMAGES)
+                whose = record.filled if is_sensor and record is not None else name
+                if is_sensor:
                     world.note_poses()
-                if apply_kept(channel, record, partial(find, name), told) is not None:
-                    changed.add(name)
-                if noun == DEPTH_IMAGES and name in world.clouds:
-                    sensed.update({name} if world.clouds[name].expire(told.now) else ())
+                if apply_kept(channel, record, partial(find, whose), told) is not None:
+                    changed.add(whose)
+                if is_sensor and whose in world.clouds and world.clouds[whose].expire(told.now):
+                    sensed.add(whose)
             if moved or deformed or sensed:
                 world.commit(moved, time, deformed, sensed)
         self.snapshot = world.snapshot

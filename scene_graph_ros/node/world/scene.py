@@ -29,6 +29,7 @@ from scene_graph_ros.node.world.handles import Handle
 from scene_graph_ros.node.world.intake import SourceFrames, UNSTAMPED
 from scene_graph_ros.node.world.padded_sides import PaddedSide
 from scene_graph_ros.node.world.scene_robots import SceneRobots
+from scene_graph_ros.node.world.source_topics import depth_settings, filled_source
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -38,7 +39,7 @@ if TYPE_CHECKING:
     from scene_graph_ros.geometry.perception import CameraDescription
     from scene_graph_ros.node.world.pose_history import PoseHistory
     from scene_graph_ros.node.world.robot_motion import RobotMotion
-    from scene_graph_ros.scene_files.loaded_scene import DepthSettings
+    from scene_graph_ros.scene_files.sensor_settings import DepthSettings, SensorSettings
 
 __all__ = ["Attachment", "Edit", "Scene", "SourceRecord"]
 
@@ -50,8 +51,8 @@ class SourceRecord:
     ``pose_type`` "" means that no poses are read. ``robot`` computes link poses for JointState,
     ``motion`` has when its joints were heard. ``interpolates``: TF is composed at one time.
     ``cloud`` names the geometry whose points it sends, "" for its only one.
-    ``description`` is the origin of a robot's description, None where a file has it; ``depth``
-    the settings of its images, None where it sends none.
+    ``description`` is the origin of a robot's description, None where a file has it; ``sensor``
+    has the settings of its images of depth or clouds, None where no file has some.
     """
 
     id: Any
@@ -65,7 +66,17 @@ class SourceRecord:
     interpolates: bool = True
     motion: RobotMotion | None = None
     description: Any = None
-    depth: DepthSettings | None = None
+    sensor: SensorSettings | None = None
+
+    @property
+    def depth(self) -> DepthSettings | None:
+        """The settings of its images of depth, None where it sends none."""
+        return depth_settings(self)
+
+    @property
+    def filled(self) -> str:
+        """The name of the source whose cloud its sensor fills."""
+        return filled_source(self)
 
 
 @dataclass(frozen=True)
@@ -248,18 +259,18 @@ class Scene:
         )
         """Whether there are clouds or height fields to measure."""
         self.history: PoseHistory | None = None if before is None else before.history
-        """Where all was in the last seconds, of a scene with images of depth."""
-        self._prepare_images()
+        """Where all was in the last seconds, of a scene with clouds."""
+        self._prepare_sensors()
         robots = {n: record.robot for n, record in self.records.items() if record.robot}
         self.robots = SceneRobots(robots, self.scene_graph, self.context, self.paddings)
 
-    def _prepare_images(self) -> None:
-        """Make what images of depth need; imported for some."""
-        if not any(record.depth is not None for record in self.records.values()):
+    def _prepare_sensors(self) -> None:
+        """Make what messages of sensors need; imported for some."""
+        if not self.clouds:
             self.history = None
             return
-        from scene_graph_ros.node.world.depth_state import states_of
         from scene_graph_ros.node.world.pose_history import PoseHistory
+        from scene_graph_ros.node.world.sensor_state import states_of
 
         inspector = self.context.snapshot.inspector
         history = self.history = PoseHistory() if self.history is None else self.history
@@ -269,11 +280,12 @@ class Scene:
 
         states = states_of(self.records, self.names, inspector, self.cameras, place)
         for name, state in states.items():
-            if name in self.clouds:
-                self.clouds[name].images = state
+            filled = self.clouds.get(self.records[name].filled)
+            if filled is not None:
+                filled.sensors[name] = state
 
     def note_poses(self) -> None:
-        """Remember where all is now, where a scene has images of depth."""
+        """Remember where all is now, where a scene has clouds."""
         if self.history is not None:
             motions = {name: record.motion for name, record in self.records.items()}
             self.history.note(self.frames, motions)

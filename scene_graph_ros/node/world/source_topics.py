@@ -13,6 +13,7 @@ from scene_graph_ros.node.runtime.names import (
     DEFAULT_POSE_TYPE,
     TRANSFORMS,
 )
+from scene_graph_ros.scene_files.sensor_settings import DepthSettings, SensorSettings
 
 __all__ = [
     "CAMERA_INFO",
@@ -31,7 +32,9 @@ __all__ = [
     "SourceTopic",
     "base_topic",
     "configuration_topic",
+    "depth_settings",
     "description_topic",
+    "filled_source",
     "joint_pose_topic",
     "points_topic",
     "pose_topic",
@@ -77,8 +80,8 @@ class Sender(Protocol):
         """Topic of its cloud's points as given."""
 
     @property
-    def depth(self) -> Any:
-        """The settings of its images of depth, None where it sends none."""
+    def sensor(self) -> SensorSettings | None:
+        """The settings of its images of depth or clouds, None where no file has some."""
 
     @property
     def robot(self) -> Any:
@@ -113,6 +116,16 @@ def configuration_topic(sender: Sender) -> str:
 def points_topic(sender: Sender) -> str:
     """Return the topic of the points of a source's cloud as asked for."""
     return sender.points_topic or default_points_topic(sender.name)
+
+
+def filled_source(sender: Sender) -> str:
+    """Return the name of the source whose cloud a source's sensor fills: mostly its own."""
+    return (sender.sensor.fills if sender.sensor is not None else "") or sender.name
+
+
+def depth_settings(sender: Sender) -> DepthSettings | None:
+    """Return the settings of a source's images of depth, None where it sends none."""
+    return sender.sensor if isinstance(sender.sensor, DepthSettings) else None
 
 
 def base_topic(sender: Sender) -> str:
@@ -152,11 +165,12 @@ def topics_of(
             topic, is_default = configuration_topic(sender), not sender.configuration_topic
             kind = CONFIGURATION_TYPE
             topics[SourceTopic(name, "configurations", topic, kind, is_default)] = None
-        if name in sensing and sender.depth is not None:
-            images, info = sender.depth.image_topic, sender.depth.info_topic
+        fills, depth = filled_source(sender) in sensing, depth_settings(sender)
+        if fills and depth is not None:
+            images, info = depth.image_topic, depth.info_topic
             topics[SourceTopic(name, DEPTH_IMAGES, images, IMAGE_TYPE, False)] = None
             topics[SourceTopic(name, CAMERA_INFO, info, INFO_TYPE, False)] = None
-        elif name in sensing:
+        elif fills:
             topic, is_default = points_topic(sender), not sender.points_topic
             topics[SourceTopic(name, "points", topic, POINTS_TYPE, is_default)] = None
         for noun, topic, kind in _of_robot(sender):

@@ -9,12 +9,12 @@ from rclpy.node import Node
 
 from scene_graph_ros.node.runtime.loop import OwnThreadGroup, Topic
 from scene_graph_ros.node.world.configuration_inputs import ConfigurationInputs
-from scene_graph_ros.node.world.depth_inputs import DepthInputs, InfoInputs
 from scene_graph_ros.node.world.description_channel import Describe, DescriptionInputs
 from scene_graph_ros.node.world.inputs import BASE_POSES, JOINT_POSES, PoseInputs, POSES
 from scene_graph_ros.node.world.intake import TimeLimits
-from scene_graph_ros.node.world.point_inputs import PointInputs
+from scene_graph_ros.node.world.sensor_inputs import DepthInputs, InfoInputs, PointInputs
 from scene_graph_ros.node.world.source_channel import Inputs
+from scene_graph_ros.node.world.source_topics import CAMERA_INFO, DEPTH_IMAGES
 from scene_graph_ros.node.world.world import World
 
 __all__ = ["Collected", "Subscriptions"]
@@ -57,9 +57,10 @@ class Subscriptions:
             for noun in (POSES, BASE_POSES, JOINT_POSES)
         ]
         self._configurations = ConfigurationInputs(node, world, group, changed)
-        self._points = PointInputs(node, world, group, changed, most_points)
-        self._info = InfoInputs(node, world, group, changed)
-        self._images = DepthInputs(node, world, group, changed, most_points, lack)
+        of_views = most_points, lack
+        self._points = PointInputs(node, world, group, changed, "points", *of_views)
+        self._info = InfoInputs(node, world, group, changed, CAMERA_INFO)
+        self._images = DepthInputs(node, world, group, changed, DEPTH_IMAGES, *of_views)
         self.all: list[Inputs[Any]] = [
             *self._poses,
             self._configurations,
@@ -87,8 +88,8 @@ class Subscriptions:
         moved = {name for names, _ in collected for name in names}
         arrivals, sensed = [arrived, *(arrival for _, arrival in collected)], set[str]()
         if self._world.snapshot.sensing:
-            points = self._points.collect(limits)
             self._world.note_poses()
+            points = self._points.collect(limits)
             self._info.collect(limits)  # moves nothing
             images = self._images.collect(limits)
             sensed = points[0] | images[0]

@@ -91,7 +91,7 @@ class SourceStamps:
 
 
 class SeenImage(NamedTuple):
-    """The points of an image, without those of the robot: in the world ``(n, 3)``, m."""
+    """The points of an image or cloud, without the robot's: in the world ``(n, 3)``, m."""
 
     stamp: int
     p_WPs: NDArray[np.float64]
@@ -130,7 +130,7 @@ class WorldSnapshot:
     has_elements: bool = False
     """Whether there are clouds or height fields to measure."""
     images: Mapping[str, SeenImage] = field(default_factory=dict)
-    """The newest image of depth by source, of those that sent one."""
+    """The newest message of each sensor by source, of those that sent one."""
     _turns: dict[Hashable, threading.Lock] = field(default_factory=dict, repr=False)
 
     def ask(self, question: Callable[..., T], *arguments: Hashable) -> T:
@@ -328,7 +328,7 @@ class World:
             return self._snapshot
 
     def note_poses(self) -> None:
-        """Remember where all is by now, for images that are of an earlier time; hold ``lock``."""
+        """Remember where all is by now, for messages of an earlier time; hold ``lock``."""
         self._scene.note_poses()
 
     def set_accuracy(self, accuracy: str) -> None:
@@ -397,11 +397,11 @@ class World:
 
 
 def _images_of(scene: Scene) -> dict[str, SeenImage]:
-    states = {name: each.images for name, each in scene.clouds.items()}
     return {
         name: SeenImage(state.stamp, *state.newest)
-        for name, state in states.items()
-        if state is not None and state.newest is not None
+        for clouds in scene.clouds.values()
+        for name, state in clouds.sensors.items()
+        if state.newest is not None
     }
 
 
