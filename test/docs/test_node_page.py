@@ -40,7 +40,8 @@ def test_every_topic_that_is_read_is_listed():
     of_robots = {"multi_dof_joint_states", STATIC_TOPIC}
     configurations = names.default_configuration_topic("<source>")
     points = names.default_points_topic("<source>")
-    assert first_cells(text) == topics | of_robots | {configurations, points}
+    heights = names.default_heights_topic("<source>")
+    assert first_cells(text) == topics | of_robots | {configurations, points, heights}
     for kind in names.POSE_TOPICS:
         assert kind.rpartition("/")[2] in text
 

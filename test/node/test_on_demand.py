@@ -89,6 +89,8 @@ OF_CLOUDS = (
     "scene_graph_ros.sensing",
 )
 OF_FIELDS = (
+    "msg_adapters.height_images",
+    "scene_graph_ros.node.world.height_channel",
     "scene_graph_ros.geometry.query.elements",
     "scene_graph_ros.node.effects.field_markers",
     "scene_graph_ros.views.height_fields",

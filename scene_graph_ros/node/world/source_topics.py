@@ -8,6 +8,7 @@ from typing import Any, Protocol
 
 from scene_graph_ros.node.runtime.names import (
     default_configuration_topic,
+    default_heights_topic,
     default_points_topic,
     default_pose_topic,
     DEFAULT_POSE_TYPE,
@@ -21,6 +22,7 @@ __all__ = [
     "DEFAULT_POSE_TYPE",
     "DEPTH_IMAGES",
     "DESCRIPTION_TYPE",
+    "HEIGHTS",
     "IMAGE_TYPE",
     "INFO_TYPE",
     "JOINT_STATE",
@@ -35,6 +37,7 @@ __all__ = [
     "depth_settings",
     "description_topic",
     "filled_source",
+    "heights_topic",
     "joint_pose_topic",
     "points_topic",
     "pose_topic",
@@ -54,6 +57,8 @@ TF = "tf2_msgs/msg/TFMessage"
 DEPTH_IMAGES = "depth images"
 CAMERA_INFO = "camera info"
 """The nouns of a depth camera's two topics."""
+
+HEIGHTS = "heights"
 
 
 class Sender(Protocol):
@@ -118,6 +123,11 @@ def points_topic(sender: Sender) -> str:
     return sender.points_topic or default_points_topic(sender.name)
 
 
+def heights_topic(sender: Sender) -> str:
+    """Return the topic of the heights of a source's height field."""
+    return default_heights_topic(sender.name)
+
+
 def filled_source(sender: Sender) -> str:
     """Return the name of the source whose cloud a source's sensor fills: mostly its own."""
     return (sender.sensor.fills if sender.sensor is not None else "") or sender.name
@@ -148,12 +158,15 @@ def description_topic(sender: Sender) -> str:
 
 
 def topics_of(
-    senders: Iterable[Sender], deforming: Container[str], sensing: Container[str] = ()
+    senders: Iterable[Sender],
+    deforming: Container[str],
+    sensing: Container[str] = (),
+    with_fields: Container[str] = (),
 ) -> dict[SourceTopic, None]:
     """Return all topics.
 
     ``deforming`` are the names of sources with deformable geometry, ``sensing`` of those with
-    clouds.
+    clouds, ``with_fields`` of those with height fields.
     """
     topics: dict[SourceTopic, None] = {}
     for sender in senders:
@@ -173,6 +186,8 @@ def topics_of(
         elif fills:
             topic, is_default = points_topic(sender), not sender.points_topic
             topics[SourceTopic(name, "points", topic, POINTS_TYPE, is_default)] = None
+        if name in with_fields:
+            topics[SourceTopic(name, HEIGHTS, heights_topic(sender), IMAGE_TYPE, True)] = None
         for noun, topic, kind in _of_robot(sender):
             if topic:
                 topics[SourceTopic(name, noun, topic, kind, False)] = None
