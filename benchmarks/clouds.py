@@ -20,18 +20,20 @@ from numpy.typing import NDArray
 from benchmarks.machine import machine
 from benchmarks.plans import panda
 from scene_graph_ros.geometry import (
+    Box,
     GeometryInstance,
     PointCloud,
     ProximityProperties,
     SceneGraph,
 )
+from scene_graph_ros.geometry.spatial.poses import pose_from_xyz_rpy
 from scene_graph_ros.geometry.tables.point_tree import place_points
 from scene_graph_ros.planning import RobotDiagram, SceneGraphCollisionChecker
 from scene_graph_ros.scene_files import register_robot
 
-__all__ = ["main"]
+__all__ = ["BOXES", "checker_of", "least", "main", "points_on_faces"]
 
-_BOXES = (
+BOXES = (
     ((0.5, 0.0, -0.02), (0.8, 1.4, 0.04)),
     ((0.55, 0.35, 0.15), (0.15, 0.15, 0.3)),
     ((0.45, -0.4, 0.2), (0.2, 0.1, 0.4)),
@@ -47,7 +49,7 @@ _CONFIGURATIONS, _EDGES, _REPEATS = 2000, 600, 5
 def points_on_faces(count: int, seed: int = 0) -> NDArray[np.float64]:
     """Return points ``(count, 3)`` on the boxes' faces, even by area, in m."""
     rng = np.random.default_rng(seed)
-    centers, sizes = (np.array(column) for column in zip(*_BOXES, strict=True))
+    centers, sizes = (np.array(column) for column in zip(*BOXES, strict=True))
     areas = sizes[:, [1, 0, 0]] * sizes[:, [2, 2, 1]]
     box, axis = np.divmod(rng.choice(areas.size, count, p=areas.ravel() / areas.sum()), 3)
     place = rng.uniform(-0.5, 0.5, (count, 3))
@@ -56,24 +58,30 @@ def points_on_faces(count: int, seed: int = 0) -> NDArray[np.float64]:
     return result
 
 
-def checker_of(points: NDArray[np.float64] | None) -> SceneGraphCollisionChecker:
-    """Return the checker of a Panda with a cloud around it, or without."""
+def checker_of(
+    points: NDArray[np.float64] | None, radius: float = _RADIUS, *, boxes: bool = False
+) -> SceneGraphCollisionChecker:
+    """Return the checker of a Panda in a cloud, among the boxes themselves, or alone."""
     model, semantics = panda()
     graph = SceneGraph()
     source = graph.register_source("panda")
     frames = register_robot(model, graph, source, semantics=semantics, visual=False)
-    context = graph.create_default_context()
+    cell = graph.register_source("cell")
+    for row, (center, size) in enumerate(BOXES if boxes else ()):
+        box = GeometryInstance(pose_from_xyz_rpy(center), Box(*size), f"box_{row}")
+        box.set_proximity_properties(ProximityProperties())
+        graph.register_anchored_geometry(cell, box)
     if points is not None:
         camera = graph.register_source("camera")
-        instance = GeometryInstance(np.eye(4), PointCloud(points, _RADIUS), "seen")
+        instance = GeometryInstance(np.eye(4), PointCloud(points, radius), "seen")
         instance.set_proximity_properties(ProximityProperties())
         graph.register_anchored_geometry(camera, instance)
-        context = graph.create_default_context()
+    context = graph.create_default_context()
     tree = model.kinematic_tree(semantics)
     return SceneGraphCollisionChecker(RobotDiagram(graph, context, tree, frames))
 
 
-def _least(ask: Callable[[], Any], repeats: int = _REPEATS) -> float:
+def least(ask: Callable[[], Any], repeats: int = _REPEATS) -> float:
     """Return the least time of some calls, s, after one that is not counted."""
     ask()
     times = []
@@ -95,7 +103,7 @@ def _queries(checker: SceneGraphCollisionChecker) -> tuple[NDArray[np.float64], 
 
 def _ours(count: int) -> str:
     points, radius = points_on_faces(count), np.array(_RADIUS)
-    build = _least(lambda: place_points(points, radius))
+    build = least(lambda: place_points(points, radius))
     size = sum(array.nbytes for array in place_points(points, radius).tree)
     checker = checker_of(points)
     q, edges = _queries(checker)
@@ -103,8 +111,8 @@ def _ours(count: int) -> str:
         checker.check_configs_collision_free(q),
         checker.check_edges_collision_free(edges),
     )
-    one = _least(lambda: checker.check_configs_collision_free(q)) / len(q)
-    edge = _least(lambda: checker.check_edges_collision_free(edges)) / len(edges)
+    one = least(lambda: checker.check_configs_collision_free(q)) / len(q)
+    edge = least(lambda: checker.check_edges_collision_free(edges)) / len(edges)
     return (
         f"| {count} | {1e3 * build:.2f} | {1e-6 * size:.1f} | {1e6 * one:.2f} | {1e6 * edge:.1f} |"
         f" {free.mean():.2f}, {proven.mean():.2f} |"
@@ -114,8 +122,8 @@ def _ours(count: int) -> str:
 def _without() -> str:
     checker = checker_of(None)
     q, edges = _queries(checker)
-    one = _least(lambda: checker.check_configs_collision_free(q)) / len(q)
-    edge = _least(lambda: checker.check_edges_collision_free(edges)) / len(edges)
+    one = least(lambda: checker.check_configs_collision_free(q)) / len(q)
+    edge = least(lambda: checker.check_edges_collision_free(edges)) / len(edges)
     return f"| none | | | {1e6 * one:.2f} | {1e6 * edge:.1f} | |"
 
 
@@ -125,7 +133,7 @@ def _coal(count: int) -> str:
     except ImportError:
         return "Coal is not installed: `make peers` installs it."
     points = points_on_faces(count)
-    build = _least(lambda: coal.makeOctree(points, _VOXEL), 1)
+    build = least(lambda: coal.makeOctree(points, _VOXEL), 1)
     octree, checker = coal.makeOctree(points, _VOXEL), checker_of(None)
     plan, inspector = checker.plan, checker.snapshot.inspector
     bodies = []
@@ -157,7 +165,7 @@ def _coal(count: int) -> str:
 
     return (
         f"Coal's octree of {100 * _VOXEL:.0f} cm, {count} points: built in {1e3 * build:.0f} ms, a"
-        f" configuration {1e6 * _least(ask, 1) / len(q):.0f} us, asked from Python body by body."
+        f" configuration {1e6 * least(ask, 1) / len(q):.0f} us, asked from Python body by body."
     )
 
 

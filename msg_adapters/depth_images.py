@@ -5,7 +5,8 @@ A message says of itself how it is laid out. None of that is believed before it 
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,7 @@ from scene_graph_ros.geometry.errors import QueryArgumentError
 from scene_graph_ros.geometry.perception.camera import CameraIntrinsics
 from scene_graph_ros.geometry.quoting import quoted
 
-__all__ = ["DepthImage", "SensedLens", "depth_from_msg", "lens_from_msg"]
+__all__ = ["DepthImage", "SensedLens", "depth_from_msg", "lens_from_msg", "pixels_from_msg"]
 
 _METRES = 1e-3
 """Of a unit of 16UC1 (REP-118)."""
@@ -50,9 +51,21 @@ def depth_from_msg(msg: Image, most: int) -> DepthImage:
     ``most``, and rows that overlap or are not there.
     """
     stamp_ns = checked_stamp_from_msg(msg.header.stamp)
-    kind = _ENCODINGS.get(msg.encoding)
+    depth = pixels_from_msg(msg, most, _ENCODINGS).astype(np.float32)
+    if msg.encoding == "16UC1":
+        depth *= np.float32(_METRES)
+        depth[depth == 0.0] = np.nan
+    return DepthImage(msg.header.frame_id, stamp_ns, depth)
+
+
+def pixels_from_msg(msg: Image, most: int, encodings: Mapping[str, str]) -> NDArray[Any]:
+    """Return the pixels ``(h, w)`` of a message, in its bytes, of one of the known encodings.
+
+    ``encodings`` maps them to types of NumPy. Raises MessageError as `depth_from_msg` does.
+    """
+    kind = encodings.get(msg.encoding)
     if kind is None:
-        known = ", ".join(_ENCODINGS)
+        known = ", ".join(encodings)
         raise MessageError(f"Image encoding must be {known}, not {quoted(msg.encoding)}")
     height, width, pixels = msg.height, msg.width, msg.height * msg.width
     if not 0 < pixels <= most:
@@ -68,12 +81,7 @@ def depth_from_msg(msg: Image, most: int) -> DepthImage:
         raise MessageError(
             f"Image data has {len(data)} bytes, {height} rows of {msg.step} take {needed}"
         )
-    rows = np.ndarray((height, width), dtype, data, strides=(msg.step, dtype.itemsize))
-    depth = rows.astype(np.float32)
-    if kind == "u2":
-        depth *= np.float32(_METRES)
-        depth[depth == 0.0] = np.nan
-    return DepthImage(msg.header.frame_id, stamp_ns, depth)
+    return np.ndarray((height, width), dtype, data, strides=(msg.step, dtype.itemsize))
 
 
 def lens_from_msg(msg: CameraInfo, *, rectified: bool = False) -> SensedLens:

@@ -29,22 +29,26 @@ class SensedPoints(NamedTuple):
     """A sensor's points at one time."""
 
     frame_id: str
-    """The frame in which the points are; never empty."""
+    """The frame in which the points are; not empty where one is needed."""
     stamp_ns: int
     points: NDArray[np.float64]
     """``(n, 3)`` m: those that are finite and within MAX_COORDINATE."""
     left_out: int
     """How many were not: a pixel that sees nothing is no point."""
+    cells: NDArray[np.int64] | None
+    """``(n,)``: their places in the message, None where all are there."""
+    size: tuple[int, int]
+    """Rows and columns of the message."""
 
 
-def points_from_msg(msg: PointCloud2, most: int) -> SensedPoints:
+def points_from_msg(msg: PointCloud2, most: int, *, needs_frame: bool = True) -> SensedPoints:
     """Return the points of a message, copied.
 
-    Raises MessageError for a message without a frame, without x, y or z, with these of a type
-    that is no float, more than once or beyond a point's bytes, for rows that overlap or are not
-    there, and for more than ``most`` points.
+    Raises MessageError for a message without a frame where one is needed, without x, y or z, with
+    these of a type that is no float, more than once or beyond a point's bytes, for rows that
+    overlap or are not there, and for more than ``most`` points.
     """
-    if not msg.header.frame_id:
+    if needs_frame and not msg.header.frame_id:
         raise MessageError("PointCloud2 has no frame_id, so nobody knows where its points are")
     stamp_ns = checked_stamp_from_msg(msg.header.stamp)
     count = msg.width * msg.height
@@ -62,8 +66,14 @@ def points_from_msg(msg: PointCloud2, most: int) -> SensedPoints:
             points[:, axis] = rows[name].reshape(-1)
     is_there = (np.abs(points) <= MAX_COORDINATE).all(axis=1)
     left_out = count - int(np.count_nonzero(is_there))
+    cells = np.flatnonzero(is_there) if left_out else None
     return SensedPoints(
-        msg.header.frame_id, stamp_ns, points if not left_out else points[is_there], left_out
+        msg.header.frame_id,
+        stamp_ns,
+        points if cells is None else points[cells],
+        left_out,
+        cells,
+        (msg.height, msg.width),
     )
 
 

@@ -153,7 +153,10 @@ class Checker:
             for geometry_id in inspector.get_all_deformable_geometry_ids()
         }
         sensing = {inspector.get_owning_source_name(i) for i in inspector.get_all_cloud_ids()}
-        topics = topics_of(loaded.sources.values(), deforming, sensing)
+        fields = {
+            inspector.get_owning_source_name(i) for i in inspector.get_all_height_field_ids()
+        }
+        topics = topics_of(loaded.sources.values(), deforming, sensing, fields)
         for topic, problem in topic_problems(topics):
             place = scene.document.location(*_place_of_topic(scene, topic))
             report.errors.append(f"{place}: {problem}")

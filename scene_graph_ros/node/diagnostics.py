@@ -22,13 +22,14 @@ from scene_graph_ros.node.effects.state import EffectReport
 from scene_graph_ros.node.world.faults import (
     CONFIGURATION_FAULTS,
     Fault,
+    HEIGHT_FAULTS,
     IMAGE_FAULTS,
     INFO_FAULTS,
     POINT_FAULTS,
     POSE_FAULTS,
 )
 from scene_graph_ros.node.world.intake import Statistics
-from scene_graph_ros.node.world.source_topics import CAMERA_INFO, DEPTH_IMAGES
+from scene_graph_ros.node.world.source_topics import CAMERA_INFO, DEPTH_IMAGES, HEIGHTS
 from scene_graph_ros.views.moment import Trouble
 
 __all__ = ["Diagnostics", "Monitor", "troubles_of"]
@@ -41,6 +42,7 @@ _FAULTS_OF = {
     "points": POINT_FAULTS,
     DEPTH_IMAGES: IMAGE_FAULTS,
     CAMERA_INFO: INFO_FAULTS,
+    HEIGHTS: HEIGHT_FAULTS,
 }
 """The faults of what is not poses."""
 

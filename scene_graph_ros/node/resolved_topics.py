@@ -28,7 +28,7 @@ class ResolvedTopics:
         self._resolve = functools.lru_cache(_KEPT)(self._absolute)
 
     def of(self, snapshot: WorldSnapshot, noun: str) -> dict[str, str]:
-        """Return the topic of each source that sends "poses", "configurations" or "points"."""
+        """Return the topic of each source that sends "poses", "configurations", "points", ...."""
         names = {}
         for topic in _topics_of(snapshot):
             if topic.noun == noun:
@@ -40,7 +40,9 @@ class ResolvedTopics:
     def check(self, edit: Edit, before: WorldSnapshot) -> None:
         """Raise TopicNameError for a new topic of a source that can't be subscribed to."""
         old = _topics_of(before)
-        now = topics_of(edit.records.values(), edit.deforming(), edit.sensing())
+        now = topics_of(
+            edit.records.values(), edit.deforming(), edit.sensing(), edit.with_fields()
+        )
         new = [topic for topic in now if topic not in old]
         if new:
             kept = [topic for topic in now if topic in old]
@@ -55,4 +57,6 @@ class ResolvedTopics:
 
 
 def _topics_of(snapshot: WorldSnapshot) -> dict[SourceTopic, None]:
-    return topics_of(snapshot.records.values(), snapshot.deforming, snapshot.sensing)
+    return topics_of(
+        snapshot.records.values(), snapshot.deforming, snapshot.sensing, snapshot.with_fields
+    )

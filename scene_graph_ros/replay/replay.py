@@ -29,7 +29,7 @@ from scene_graph_ros.node.world.queued_channel import QueuedChannel
 from scene_graph_ros.node.world.scene import Edit, SourceRecord
 from scene_graph_ros.node.world.scenes import Described, SceneLoader
 from scene_graph_ros.node.world.source_channel import apply_kept, SourceChannel
-from scene_graph_ros.node.world.source_topics import CAMERA_INFO, DEPTH_IMAGES
+from scene_graph_ros.node.world.source_topics import CAMERA_INFO, DEPTH_IMAGES, HEIGHTS
 from scene_graph_ros.node.world.time_limits import TimeLimits
 from scene_graph_ros.node.world.world import World, WorldSnapshot
 from scene_graph_ros.replay.reader import Recorded, RecordingError
@@ -214,6 +214,10 @@ class Replay:
 
             most = self.parameters["max_points_per_cloud"]
             return PointChannel(record, Intake(record.name, _ignore), most)
+        if noun == HEIGHTS:
+            from scene_graph_ros.node.world.height_channel import HeightChannel
+
+            return HeightChannel(record, Intake(record.name, _ignore))
         if noun in (CAMERA_INFO, DEPTH_IMAGES):
             from scene_graph_ros.node.world.depth_channel import DepthChannel, InfoChannel
 
@@ -244,16 +248,19 @@ class Replay:
                 _POINTS: (world.clouds.get, sensed),
                 CAMERA_INFO: (world.clouds.get, set()),
                 DEPTH_IMAGES: (world.clouds.get, sensed),
+                HEIGHTS: (world.fields.get, sensed),
             }
             for name, noun in sorted(self._channels, key=_in_order):
                 channel, record = self._channels[name, noun], world.records.get(name)
                 find, changed = targets.get(noun, (world.frames, moved))
-                if noun == DEPTH_IMAGES:
+                is_sensor = noun in (_POINTS, CAMERA_INFO, DEPTH_IMAGES)
+                whose = record.filled if is_sensor and record is not None else name
+                if is_sensor:
                     world.note_poses()
-                if apply_kept(channel, record, partial(find, name), told) is not None:
-                    changed.add(name)
-                if noun == DEPTH_IMAGES and name in world.clouds:
-                    sensed.update({name} if world.clouds[name].expire(told.now) else ())
+                if apply_kept(channel, record, partial(find, whose), told) is not None:
+                    changed.add(whose)
+                if is_sensor and whose in world.clouds and world.clouds[whose].expire(told.now):
+                    sensed.add(whose)
             if moved or deformed or sensed:
                 world.commit(moved, time, deformed, sensed)
         self.snapshot = world.snapshot
@@ -300,7 +307,7 @@ class Replay:
 
 def _in_order(key: tuple[str, str]) -> int:
     """Return when a channel's messages are applied, in an update of the node."""
-    sensed = (_CONFIGURATIONS, _POINTS, CAMERA_INFO, DEPTH_IMAGES)
+    sensed = (_CONFIGURATIONS, _POINTS, CAMERA_INFO, DEPTH_IMAGES, HEIGHTS)
     order = (POSES, BASE_POSES, JOINT_POSES, *sensed)
     return order.index(key[1])
 

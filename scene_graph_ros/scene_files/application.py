@@ -11,12 +11,7 @@ from typing import TYPE_CHECKING
 from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.located import suggestion
 from scene_graph_ros.scene_files.instances import hydroelastic_of
-from scene_graph_ros.scene_files.loaded_scene import (
-    DepthSettings,
-    LoadedRobot,
-    LoadedScene,
-    LoadedSource,
-)
+from scene_graph_ros.scene_files.loaded_scene import LoadedRobot, LoadedScene, LoadedSource
 from scene_graph_ros.scene_files.packages import resolve_resource
 from scene_graph_ros.scene_files.scene_file import SceneFile
 from scene_graph_ros.scene_files.schema_handles import HandleSpec
@@ -26,6 +21,7 @@ if TYPE_CHECKING:
     from scene_graph_ros.geometry.model.hydroelastic_properties import HydroelasticProperties
     from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
     from scene_graph_ros.geometry.perception import CameraDescription
+    from scene_graph_ros.scene_files.sensor_settings import SensorSettings
 
 __all__ = ["Application"]
 
@@ -94,7 +90,7 @@ class Application:
         *,
         points_topic: str = "",
         cloud: str = "",
-        depth: DepthSettings | None = None,
+        sensor: SensorSettings | None = None,
         interpolates: bool = True,
     ) -> LoadedSource:
         """Register a source and take note of it."""
@@ -109,7 +105,7 @@ class Application:
             configuration_topic=configuration_topic,
             points_topic=points_topic,
             cloud=cloud,
-            depth=depth,
+            sensor=sensor,
             interpolates=interpolates,
         )
         self.sources[full_name] = source

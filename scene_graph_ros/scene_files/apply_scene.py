@@ -4,22 +4,20 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
-import math
-import posixpath
 from typing import TYPE_CHECKING
 
 from scene_graph_ros.scene_files.application import Application
 from scene_graph_ros.scene_files.filters_in_scene import apply_filters
 from scene_graph_ros.scene_files.geometries_in_scene import add_frames, add_geometries
 from scene_graph_ros.scene_files.instances import pose_from_spec
-from scene_graph_ros.scene_files.loaded_scene import DepthSettings, LoadedScene
+from scene_graph_ros.scene_files.loaded_scene import LoadedScene
 from scene_graph_ros.scene_files.property_names import property_warnings
 from scene_graph_ros.scene_files.robots_in_scene import add_robots
 from scene_graph_ros.scene_files.scene_file import SceneFile
+from scene_graph_ros.scene_files.sensor_settings import sensor_settings
 
 if TYPE_CHECKING:
     from scene_graph_ros.geometry import SceneGraph
-    from scene_graph_ros.scene_files.schema_depth import DepthSpec
 
 __all__ = ["RobotDescription", "apply_scene"]
 
@@ -100,8 +98,7 @@ def _add_sources(to: Application) -> None:
         given = source.poses
         pose_type = given.type if given is not None else _MULTI_DOF if moves else ""
         topic = (given.topic or "") if given is not None else ""
-        deforms, points, depth = source.configurations, source.points, source.depth
-        sensor = depth if points is None else points
+        deforms, points, sensor = source.configurations, source.points, source.sensor
         interpolates = given is None or given.composition == "interpolated"
         with to.located("sources", index, "name"):
             added = to.add_source(
@@ -111,36 +108,10 @@ def _add_sources(to: Application) -> None:
                 configuration_topic=deforms.topic if deforms is not None else "",
                 points_topic=(points.topic or "") if points is not None else "",
                 cloud=(sensor.geometry or "") if sensor is not None else "",
-                depth=None if depth is None else _depth_settings(depth, to.prefix),
+                sensor=None if sensor is None else sensor_settings(sensor, to.prefix),
                 interpolates=interpolates,
             )
         to.take_handle(added, source, "sources", index)
-
-
-def _depth_settings(spec: DepthSpec, prefix: str) -> DepthSettings:
-    """Return a camera's settings; sources that it names have the scene's prefix."""
-    region, floor = spec.region, -math.inf if spec.floor is None else spec.floor
-    low = (-math.inf,) * 3 if region is None else tuple(region.lower)
-    high = (math.inf,) * 3 if region is None else tuple(region.upper)
-    above, frame = posixpath.dirname(spec.image), spec.frame or ""
-    return DepthSettings(
-        image_topic=spec.image,
-        info_topic=spec.info or posixpath.join(above, "camera_info"),
-        is_rectified=spec.rectified,
-        frame=prefix + frame if "/" in frame else frame,
-        X_FC=pose_from_spec(spec.pose, "depth: pose"),
-        rate=spec.rate,
-        step=spec.step,
-        near=spec.range[0],
-        far=spec.range[1],
-        remove=None if spec.remove is None else tuple(prefix + name for name in spec.remove),
-        padding=spec.padding,
-        shadow=spec.shadow,
-        margin=spec.margin,
-        expires=spec.expires or 0.0,
-        lower=(low[0], low[1], max(low[2], floor)),
-        upper=(high[0], high[1], high[2]),
-    )
 
 
 def _add_cameras(to: Application) -> None:

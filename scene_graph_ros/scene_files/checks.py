@@ -79,14 +79,18 @@ class _Checker:
             places[name] = path
 
     def _clouds(self) -> None:
-        """Check that sources send points of clouds that they have, and images of anchored ones."""
+        """Check that sensors fill clouds that there are, and those that remember anchored ones."""
         known = {s.name for s in self.spec.sources} | {r.name for r in self.spec.robots}
         for index, source in enumerate(self.spec.sources):
-            sensor, key = source.points or source.depth, "points" if source.points else "depth"
+            sensor, key = source.sensor, "points" if source.points else "depth"
             if sensor is None:
                 continue
-            own = [g for g in self.spec.geometries if g.source == source.name]
+            filled = source.name if sensor.fills is None else sensor.fills
+            own = [g for g in self.spec.geometries if g.source == filled]
             clouds = {g.name: g.frame for g in own if g.shape.type == "point_cloud"}
+            if filled not in known:
+                hint = suggestion(filled, known)
+                self.report(f"there is no source {filled!r}{hint}", "sources", index, key, "fills")
             name = sensor.geometry
             if name is not None and name not in clouds:
                 hint = suggestion(name, clouds)
@@ -94,20 +98,22 @@ class _Checker:
                     f"source {source.name!r} has no point_cloud {name!r}{hint}",
                     *("sources", index, key, "geometry"),
                 )
-            if source.depth is None:
-                continue
-            for each, frame in clouds.items():
-                if each == (name or each) and frame != "world":
-                    self.report(
-                        f"the cloud {each!r} is on frame {frame!r}, and images of depth fill"
-                        " clouds that are anchored: leave its frame out",
-                        *("sources", index, key),
-                    )
-            for row, removed in enumerate(source.depth.remove or ()):
+            for row, removed in enumerate(sensor.remove or ()):
                 if removed not in known:
                     hint = suggestion(removed, known)
                     place = ("sources", index, key, "remove", row)
                     self.report(f"there is no source {removed!r}{hint}", *place)
+            replaces = source.points is not None and not source.points.remember
+            if replaces and sensor.fills is None:
+                continue
+            for each, frame in clouds.items():
+                if each == (name or each) and frame != "world":
+                    self.report(
+                        f"the cloud {each!r} is on frame {frame!r}, and images of depth, and"
+                        " sensors that remember or fill another source's, fill clouds that are"
+                        " anchored: leave its frame out",
+                        *("sources", index, key),
+                    )
 
     def _frames(self) -> None:
         places: dict[str, tuple[str | int, ...]] = {}

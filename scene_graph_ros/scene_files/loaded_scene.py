@@ -21,8 +21,9 @@ if TYPE_CHECKING:
     from scene_graph_ros.geometry import Context
     from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
     from scene_graph_ros.geometry.perception import CameraDescription
+    from scene_graph_ros.scene_files.sensor_settings import SensorSettings
 
-__all__ = ["DepthSettings", "LoadedRobot", "LoadedScene", "LoadedSource", "MovingBase"]
+__all__ = ["LoadedRobot", "LoadedScene", "LoadedSource", "MovingBase"]
 
 
 @dataclass(frozen=True)
@@ -121,34 +122,6 @@ class LoadedRobot:
 
 
 @one_line()
-@dataclass(frozen=True, eq=False)
-class DepthSettings:
-    """A source's images of depth, and which of their pixels are points; lengths in m."""
-
-    image_topic: str
-    info_topic: str
-    is_rectified: bool
-    frame: str
-    """The frame that the camera is on, "" for the optical frame that the images name."""
-    X_FC: Pose
-    rate: float
-    """Most images per second."""
-    step: int
-    near: float
-    far: float
-    remove: tuple[str, ...] | None
-    """Names of sources; None for all robots."""
-    padding: float
-    shadow: int
-    margin: float
-    expires: float
-    """Seconds, 0 for never."""
-    lower: tuple[float, float, float]
-    upper: tuple[float, float, float]
-    """Corners of the region of interest in the world."""
-
-
-@one_line()
 @dataclass(eq=False)
 class LoadedSource:
     """A registered source and where its poses come from."""
@@ -169,8 +142,8 @@ class LoadedSource:
     """Empty for the default topic."""
     cloud: str = ""
     """The name of the geometry whose points the source sends, empty for its only cloud."""
-    depth: DepthSettings | None = None
-    """None for a source that sends no images."""
+    sensor: SensorSettings | None = None
+    """None for a source of whose sensor the file says nothing."""
     interpolates: bool = True
     """Whether transforms of TF are composed at one time, or of the newest of each."""
     description: Any = None

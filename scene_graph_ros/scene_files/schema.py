@@ -8,9 +8,9 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, model_validator, PlainValidator, WithJsonSchema
 
 from scene_graph_ros.geometry.model.render_label import RenderLabel
-from scene_graph_ros.scene_files.schema_depth import DepthSpec
 from scene_graph_ros.scene_files.schema_handles import HandleSpec
 from scene_graph_ros.scene_files.schema_renderers import RendererSpec
+from scene_graph_ros.scene_files.schema_sensors import DepthSpec, PointsSpec
 from scene_graph_ros.scene_files.schema_shapes import ShapeSpec
 from scene_graph_ros.scene_files.schema_values import (
     Channel,
@@ -101,15 +101,6 @@ class ConfigurationsSpec(Spec):
     topic: Text = Field(description='Default: "<source>/configurations".')
 
 
-class PointsSpec(Spec):
-    """Where the points of a source's cloud come from: sensor_msgs/PointCloud2 messages."""
-
-    topic: Text | None = Field(None, description='Default: "<source>/points".')
-    geometry: Name | None = Field(
-        None, description="Which of its clouds they are, of a source that has several."
-    )
-
-
 class SourceSpec(HandleSpec):
     """An owner of frames and geometry, which alone moves and changes them."""
 
@@ -127,10 +118,15 @@ class SourceSpec(HandleSpec):
         None, description="In place of points: images of depth, of which its cloud is made."
     )
 
+    @property
+    def sensor(self) -> PointsSpec | DepthSpec | None:
+        """What it says of its sensor."""
+        return self.points or self.depth
+
     @model_validator(mode="after")
     def _one_sensor(self) -> SourceSpec:
         if self.points is not None and self.depth is not None:
-            raise ValueError("give points or depth, not both: each fills the source's cloud")
+            raise ValueError("give points or depth, not both: have a source for each sensor")
         return self
 
 

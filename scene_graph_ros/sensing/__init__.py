@@ -1,11 +1,22 @@
-"""Images of depth as points with radii: projection, self filter, clearing, decay. No ROS here.
+"""Images of depth, and clouds, as points with radii: self filter, clearing, decay. No ROS here.
 
-`DepthView` is one image at a pose, `SelfFilter` marks the pixels that show a robot or its load,
-and `SeenPoints` remembers the points of earlier images until a later one sees through them.
+`DepthView` is one image at a pose, `CloudView` one cloud; `SelfFilter` marks the pixels and points
+that show a robot or its load, and `SeenPoints` remembers earlier points until a later view sees
+through them.
 """
 
+from scene_graph_ros.sensing.cloud_view import CloudView
 from scene_graph_ros.sensing.depth_view import DepthRules, DepthView, NewPoints
 from scene_graph_ros.sensing.seen_points import Counts, SeenPoints
 from scene_graph_ros.sensing.self_filter import Body, SelfFilter
 
-__all__ = ["Body", "Counts", "DepthRules", "DepthView", "NewPoints", "SeenPoints", "SelfFilter"]
+__all__ = [
+    "Body",
+    "CloudView",
+    "Counts",
+    "DepthRules",
+    "DepthView",
+    "NewPoints",
+    "SeenPoints",
+    "SelfFilter",
+]

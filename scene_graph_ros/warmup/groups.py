@@ -64,7 +64,12 @@ GROUPS: dict[str, KernelGroup] = {
             (f"{_HERE}.deformable:find_deformable_contact",),
         ),
         KernelGroup("clouds", "clouds of points", 40, (f"{_HERE}.clouds:ask_about_clouds",)),
-        KernelGroup("sensing", "images of depth", 10, (f"{_HERE}.sensing:look_at_an_image",)),
+        KernelGroup(
+            "sensing",
+            "images of depth and clouds of sensors",
+            10,
+            (f"{_HERE}.sensing:look_at_an_image",),
+        ),
         KernelGroup(
             "cameras", "images of cameras", 65, (f"{_HERE}.cameras:render_images",), is_apart=True
         ),

@@ -1,4 +1,4 @@
-"""Calls that compile the kernels of images of depth: points, the self filter, clearing."""
+"""Calls that compile the kernels of sensors: points, the self filter, clearing."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from scene_graph_ros.geometry import (
     Sphere,
 )
 from scene_graph_ros.geometry.perception.camera import CameraIntrinsics
-from scene_graph_ros.sensing import DepthRules, DepthView, SeenPoints, SelfFilter
+from scene_graph_ros.sensing import CloudView, DepthRules, DepthView, SeenPoints, SelfFilter
 
 __all__ = ["look_at_an_image"]
 
 
 def look_at_an_image() -> None:
-    """Look twice at a wall, of which a ball hides a part."""
+    """Look twice at a wall, of which a ball hides a part; likewise at a cloud."""
     graph = SceneGraph()
     source = graph.register_source("warm_up")
     X_WG = np.eye(4)
@@ -31,4 +31,9 @@ def look_at_an_image() -> None:
     depth = np.full((8, 8), 1.0, np.float32)
     depth[3:5, 3:5] = 0.4
     view = DepthView.of(depth, lens, np.eye(4), DepthRules(step=1), own)
-    SeenPoints.none().after(view, view.points(), 1, 100)[0].after(view, view.points(), 2, 100)
+    seen = SeenPoints.none().after(view, view.points(), 1, 100)[0]
+    seen = seen.after(view, view.points(), 2, 100)[0]
+    p_CPs = view.p_CPs.reshape(-1, 3)
+    for size in ((1, len(p_CPs)), view.mask.shape):
+        cloud = CloudView.of(p_CPs, np.eye(4), DepthRules(), own, size=size)
+        seen.after(cloud, cloud.points(), 3, 100)

@@ -8,7 +8,7 @@ import pytest
 from scene_graph_msgs.msg import Status
 from scene_graph_ros.node.effects.declarations import CAMERA_TOPICS, CAMERAS, EFFECTS
 from scene_graph_ros.node.runtime import names, qos
-from scene_graph_ros.node.world import configuration_inputs, point_inputs, queued_channel
+from scene_graph_ros.node.world import configuration_inputs, queued_channel, sensor_inputs
 from scene_graph_ros.node.world.faults import Fault
 from scene_graph_ros.node.world.tf_channel import STATIC_TOPIC
 from tools.node_tables import written
@@ -40,7 +40,8 @@ def test_every_topic_that_is_read_is_listed():
     of_robots = {"multi_dof_joint_states", STATIC_TOPIC}
     configurations = names.default_configuration_topic("<source>")
     points = names.default_points_topic("<source>")
-    assert first_cells(text) == topics | of_robots | {configurations, points}
+    heights = names.default_heights_topic("<source>")
+    assert first_cells(text) == topics | of_robots | {configurations, points, heights}
     for kind in names.POSE_TOPICS:
         assert kind.rpartition("/")[2] in text
 
@@ -83,7 +84,7 @@ def test_profiles_are_those_of_the_code(name, profile):
 def test_configurations_have_a_depth_of_their_own():
     """The row of poses says so."""
     depths = (
-        f"; {configuration_inputs._QUEUED} of configurations, {point_inputs._QUEUED} of points, "
+        f"; {configuration_inputs._QUEUED} of configurations, {sensor_inputs._QUEUED} of points, "
     )
     assert depths in section("Quality of service")
 

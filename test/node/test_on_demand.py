@@ -83,19 +83,22 @@ OF_CLOUDS = (
     "scene_graph_ros.geometry.tables.point_tree",
     "scene_graph_ros.node.effects.cloud_markers",
     "scene_graph_ros.node.world.point_channel",
+    "scene_graph_ros.node.world.pose_history",
+    "scene_graph_ros.node.world.sensor_channel",
+    "scene_graph_ros.node.world.sensor_state",
+    "scene_graph_ros.sensing",
 )
 OF_FIELDS = (
+    "msg_adapters.height_images",
+    "scene_graph_ros.node.world.height_channel",
     "scene_graph_ros.geometry.query.elements",
     "scene_graph_ros.node.effects.field_markers",
     "scene_graph_ros.views.height_fields",
 )
 OF_DEPTH = (
     "msg_adapters.depth_images",
-    "scene_graph_ros.sensing",
     "scene_graph_ros.node.effects.sensed_points",
     "scene_graph_ros.node.world.depth_channel",
-    "scene_graph_ros.node.world.depth_state",
-    "scene_graph_ros.node.world.pose_history",
 )
 OF_BOTH = (
     "scene_graph_ros.geometry.meshes.volume",

@@ -26,7 +26,7 @@ class Sender:
     pose_topic: str = ""
     configuration_topic: str = ""
     points_topic: str = ""
-    depth: None = None
+    sensor: None = None
     robot: None = None
     description: None = None
 

@@ -312,21 +312,21 @@ def test_a_source_says_how_its_images_of_depth_are_read():
     )
     _, loaded = apply(LOOKING % said, prefix="left_")
     camera = loaded.sources["left_camera"]
-    depth = camera.depth
+    depth = camera.sensor
     assert (depth.image_topic, depth.info_topic) == (
         "~/eye/depth/image", "~/eye/depth/camera_info"
     )  # fmt: skip
     assert (camera.cloud, depth.frame, depth.is_rectified) == ("seen", "left_arm/hand", True)
-    assert depth.X_FC[:3, 3].tolist() == [1.0, 2.0, 3.0]
+    assert depth.X_FS[:3, 3].tolist() == [1.0, 2.0, 3.0]
     assert (depth.rate, depth.step, depth.near, depth.far) == (5.0, 3, 0.2, 4.0)
     assert (depth.remove, depth.padding, depth.shadow) == (("left_arm",), 0.01, 4)
     assert (depth.margin, depth.expires) == (0.05, 20.0)
     assert (depth.lower, depth.upper) == ((-1.0, -2.0, 0.5), (1.0, 2.0, 3.0))
     _, loaded = apply(LOOKING % "geometry: seen, info: eye/lens")
-    depth = loaded.sources["camera"].depth
+    depth = loaded.sources["camera"].sensor
     assert (depth.info_topic, depth.frame, depth.remove) == ("eye/lens", "", None)
     assert (depth.expires, depth.lower, depth.upper[0]) == (0.0, (-np.inf,) * 3, np.inf)
-    assert loaded.sources["arm"].depth is None
+    assert loaded.sources["arm"].sensor is None
 
 
 @pytest.mark.parametrize(
@@ -346,6 +346,49 @@ def test_a_source_says_how_its_images_of_depth_are_read():
 def test_settings_of_images_that_cannot_be_are_found_in_the_file(settings, said):
     """With the line, and a name that may be meant."""
     found = problem(LOOKING % settings)
+    assert "f:5" in found
+    assert said in found
+
+
+SENSING = """
+version: 1
+sources:
+  - name: lidar
+    points: {%s}
+  - {name: camera}
+geometries:
+  - {name: seen, source: lidar, shape: {type: point_cloud, radius: 0.1}}
+  - {name: moving, source: camera, frame: wrist, shape: {type: point_cloud, radius: 0.1}}
+frames:
+  - {name: wrist, source: camera}
+"""
+
+
+def test_a_source_says_how_its_clouds_are_read():
+    """As images of depth; without more each message has all points of its sensor."""
+    _, loaded = apply(SENSING % "remember: true, rate: 5, floor: 1, fills: lidar", prefix="a_")
+    its = loaded.sources["a_lidar"].sensor
+    assert (its.remembers, its.rate, its.fills, its.has_radii) == (True, 5.0, "a_lidar", False)
+    assert (its.near, its.far, its.padding, its.lower[2]) == (0.0, np.inf, 0.02, 1.0)
+    _, loaded = apply(SENSING % "")
+    its = loaded.sources["lidar"].sensor
+    assert (its.remembers, its.rate, its.fills, its.remove) == (False, np.inf, "", None)
+    assert loaded.sources["camera"].sensor is None
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ("fills: camara", "no source 'camara'"),
+        ("fills: camera, geometry: seen", "geometry is named by the source that is filled"),
+        ("fills: camera", "'moving' is on frame 'wrist'"),
+        ("range: [3, 1]", "3 must be less than 1"),
+        ("step: 2", "unknown key"),
+    ],
+)
+def test_settings_of_clouds_that_cannot_be_are_found_in_the_file(settings, said):
+    """With the line, and a name that may be meant."""
+    found = problem(SENSING % settings)
     assert "f:5" in found
     assert said in found
 

@@ -289,7 +289,9 @@ def test_points_expire_and_the_oldest_make_room():
     """``since`` keeps those that are as old as that; of too many the newest stay."""
     view = DepthView.of(flat(), LENS, X_WC, DepthRules(step=16))
     new = view.points()
-    old = SeenPoints(np.array([[50.0, 0, 0], [51.0, 0, 0]]), np.full(2, 0.1), np.array([5, 4]))
+    old = SeenPoints(
+        np.array([[50.0, 0, 0], [51.0, 0, 0]]), np.full(2, 0.1), np.array([5, 4]), np.zeros(2, int)
+    )
     both, counts = old.after(view, new, 9, len(new.radii) + 1)
     assert counts.let_go == 1
     assert both.stamps.tolist() == [5, *[9] * len(new.radii)]

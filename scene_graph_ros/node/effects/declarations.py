@@ -296,7 +296,7 @@ CAMERAS_SWITCH = "cameras"
 """Switches all cameras off."""
 
 SENSED_SWITCH = "sensed_points"
-"""Switches the points of all images off, as they are published."""
+"""Switches the points of all sensors off, as they are published."""
 
 EFFECT_NAMES = (
     *(declaration.name for declaration in EFFECTS),
@@ -332,21 +332,21 @@ def camera_effect(camera: CameraDescription) -> EffectDeclaration:
 
 @dataclass(frozen=True)
 class SensedSource:
-    """A source that sends images of depth."""
+    """A source that sends images of depth or clouds, of which its scene file says more."""
 
     name: str
 
 
 def sensed_effect(source: str) -> EffectDeclaration:
-    """Return the effect of one source's images."""
+    """Return the effect of one source's sensor."""
 
     def asked_by(demand: Demand) -> str:
-        return "the scene has it, with images of depth" if source in demand.imaging else ""
+        return "the scene has it, with a sensor" if source in demand.imaging else ""
 
     return EffectDeclaration(
         f"sensed points {source}",
         asked_by,
-        "a scene whose source sends images of depth",
+        "a scene that says how its sensor is used",
         (f"{SENSED}/{source}",),
         f"{_PACKAGE}.sensed_points:SensedPoints",
         "sensing",

@@ -372,6 +372,9 @@ class Effects:
 
 
 def _imaging(snapshot: WorldSnapshot) -> list[str]:
-    """Return the names of the sources that send images of depth."""
-    records = snapshot.records
-    return [name for name in snapshot.sensing if records[name].depth is not None]
+    """Return the names of the sources of whose sensors the scene file says something."""
+    return [
+        name
+        for name, record in snapshot.records.items()
+        if record.sensor is not None and record.filled in snapshot.sensing
+    ]

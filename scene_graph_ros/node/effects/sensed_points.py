@@ -1,6 +1,6 @@
-"""The points of a source's newest image of depth, without the robot's, for others.
+"""The points of a sensor's newest image or cloud, without the robot's, for others.
 
-Imported while the scene has a source that sends such images.
+Imported while the scene has a source that says how its sensor is used.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ __all__ = ["SensedPoints"]
 
 
 class SensedPoints:
-    """Publishes each image's points once, in the world frame and stamped as the image."""
+    """Publishes each message's points once, in the world frame and stamped as the message."""
 
     def __init__(self, host: Host, source: SensedSource) -> None:
         """Advertise the topic of a source."""
@@ -42,7 +42,7 @@ class SensedPoints:
         """Do nothing: points are there."""
 
     def update(self, snapshot: WorldSnapshot) -> None:
-        """Publish the points of an image that is new."""
+        """Publish the points of a message that is new."""
         image = snapshot.images.get(self._source)
         if image is None or image.stamp == self._told:
             return

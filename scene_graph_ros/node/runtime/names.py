@@ -28,6 +28,7 @@ __all__ = [
     "SENSED",
     "TRANSFORMS",
     "default_configuration_topic",
+    "default_heights_topic",
     "default_points_topic",
     "default_pose_topic",
     "service_name",
@@ -89,6 +90,11 @@ def default_pose_topic(source: str, pose_type: str) -> str:
 def default_configuration_topic(source: str) -> str:
     """Return the topic on which ``source`` sends configurations of its deformable geometry."""
     return f"{source}/configurations"
+
+
+def default_heights_topic(source: str) -> str:
+    """Return the topic on which ``source`` sends the heights of its height field."""
+    return f"{source}/heights"
 
 
 def default_points_topic(source: str) -> str:

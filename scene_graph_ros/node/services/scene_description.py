@@ -8,7 +8,7 @@ from msg_adapters.properties import role_from_msg
 from msg_adapters.scene import frames_to_msg, geometries_to_msg, source_to_msg
 from scene_graph_ros.node.services.queries import QueryScope
 from scene_graph_ros.node.world.scene import SourceRecord
-from scene_graph_ros.node.world.world import STATIC
+from scene_graph_ros.node.world.source_stamps import STATIC
 
 __all__ = ["describe"]
 

@@ -14,15 +14,15 @@ from msg_adapters.names import SceneNames
 from scene_graph_ros.geometry.errors import NameConflictError, UnknownIdError
 from scene_graph_ros.geometry.model.context import Context
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
-from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.quoting import quoted
-from scene_graph_ros.geometry.spatial.poses import compose, inverse
+from scene_graph_ros.geometry.spatial.poses import inverse
 from scene_graph_ros.geometry.spatial.sums import moved
 from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
 from scene_graph_ros.node.world.intake import UNSTAMPED
 
 if TYPE_CHECKING:
-    from scene_graph_ros.node.world.depth_state import DepthState
+    from scene_graph_ros.node.world.sensor_state import SensorState
+    from scene_graph_ros.sensing import SeenPoints
 
 __all__ = ["NoCloudError", "SourceClouds", "clouds_by_source"]
 
@@ -32,20 +32,26 @@ class NoCloudError(UnknownIdError):
 
 
 class _Sensed(NamedTuple):
-    """Points ``(n, 3)`` in a frame of the scene, m; radii ``(n,)``, m, or those of the shape."""
+    """Points ``(n, 3)`` of a geometry's frame, m; radii ``(n,)``, m, or those of the shape."""
 
-    points: NDArray[np.float64]
-    frame: FrameId
+    p_GPs: NDArray[np.float64]
     radii: NDArray[np.float64] | None = None
+
+
+def _nothing() -> SeenPoints:
+    """Return no points; imported where a source has a cloud."""
+    from scene_graph_ros.sensing import SeenPoints
+
+    return SeenPoints.none()
 
 
 @dataclass
 class SourceClouds:
     """The clouds of one source; a context has their points.
 
-    ``ids`` are the geometries by name, ``stamps`` in nanoseconds; ``heard`` are those whose points
-    a message brought, ``fresh`` has points that no context has yet; ``images`` is the state of a
-    source that sends images of depth.
+    ``ids`` are the geometries by name; ``heard`` are those whose points a message brought,
+    ``fresh`` has points that no context has yet. ``sensors`` are the states of those that fill
+    the cloud by the names of their sources, ``seen`` the points that they have seen.
     """
 
     source: SourceId
@@ -56,10 +62,10 @@ class SourceClouds:
     names: SceneNames
     inspector: Any
     world_frame: str
-    stamps: dict[GeometryId, int] = field(default_factory=dict)
     heard: set[GeometryId] = field(default_factory=set)
     fresh: dict[GeometryId, _Sensed] = field(default_factory=dict)
-    images: DepthState | None = None
+    sensors: dict[str, SensorState] = field(default_factory=dict)
+    seen: SeenPoints = field(default_factory=_nothing)
 
     def cloud(self) -> GeometryId:
         """Return the geometry that messages are about. Raises NoCloudError."""
@@ -123,89 +129,70 @@ class SourceClouds:
                 continue
         return None
 
-    def put(
-        self, geometry_id: GeometryId, points: NDArray[np.float64], frame: FrameId, stamp: int
-    ) -> None:
-        """Take points ``(n, 3)`` in a frame."""
-        self.fresh[geometry_id] = _Sensed(points, frame)
-        self.stamps[geometry_id] = stamp
+    def see(self, geometry_id: GeometryId, X_WG: NDArray[np.float64]) -> None:
+        """Take the points that sensors have seen by now; the geometry was at ``X_WG`` then."""
+        seen = self.seen
+        p_GPs = seen.p_WPs if np.array_equal(X_WG, np.eye(4)) else moved(seen.p_WPs, inverse(X_WG))
+        radii = seen.radii if self._has_images else None
+        is_near = (np.abs(p_GPs) <= MAX_COORDINATE).all(axis=1)
+        if not is_near.all():
+            p_GPs, radii = p_GPs[is_near], None if radii is None else radii[is_near]
+        self.fresh[geometry_id] = _Sensed(p_GPs, radii)
 
-    def see(self, geometry_id: GeometryId, stamp: int) -> None:
-        """Take the points that images have seen by now."""
-        assert self.images is not None
-        self._take_seen(geometry_id)
-        self.stamps[geometry_id] = stamp
-
-    def _take_seen(self, geometry_id: GeometryId) -> None:
-        assert self.images is not None
-        seen, world = self.images.seen, self.inspector.world_frame_id()
-        self.fresh[geometry_id] = _Sensed(seen.p_WPs, world, seen.radii)
+    @property
+    def _has_images(self) -> bool:
+        """Whether some sensor sends images, the points of which have radii of their own."""
+        return any(state.settings.has_radii for state in self.sensors.values())
 
     def expire(self, now: int) -> bool:
-        """Forget points of images that were seen too long ago; tell whether there were any."""
-        if self.images is None or not self.images.expire(now):
+        """Forget points that were seen too long ago; tell whether there were any."""
+        before = self.seen
+        for state in self.sensors.values():
+            if state.settings.expires and now > 0:
+                since = now - int(state.settings.expires * 1e9)
+                self.seen = self.seen.since(since, state.number)
+        if self.seen is before:
             return False
-        self._take_seen(self.cloud())
+        cloud = self.cloud()
+        self.see(cloud, self.inspector.get_pose_in_frame(cloud))
         return True
 
     def bring(self, context: Context) -> None:
-        """Give a context the fresh points; those in other frames are where these are in it now."""
-        snapshot = context.snapshot
+        """Give a context the fresh points."""
         given = {
-            geometry_id: self._given(geometry_id, sensed, snapshot)
+            geometry_id: sensed.p_GPs if sensed.radii is None else tuple(sensed)
             for geometry_id, sensed in self.fresh.items()
         }
         context.set_points(self.source, given)
         self.heard.update(given)
         self.fresh.clear()
 
-    def _given(
-        self, geometry_id: GeometryId, sensed: _Sensed, snapshot: Snapshot
-    ) -> NDArray[np.float64] | tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return points, or points and radii, in their geometry's frame."""
-        p_GPs = self._in_geometry(geometry_id, sensed.points, sensed.frame, snapshot)
-        is_near = (np.abs(p_GPs) <= MAX_COORDINATE).all(axis=1)
-        if not is_near.all():
-            p_GPs = p_GPs[is_near]
-        if sensed.radii is None:
-            return p_GPs
-        return p_GPs, sensed.radii if is_near.all() else sensed.radii[is_near]
-
-    def _in_geometry(
-        self,
-        geometry_id: GeometryId,
-        points: NDArray[np.float64],
-        frame: FrameId,
-        snapshot: Snapshot,
-    ) -> NDArray[np.float64]:
-        X_FG = self.inspector.get_pose_in_frame(geometry_id)
-        X_GF = inverse(X_FG)
-        if frame != self.inspector.get_frame_id(geometry_id):
-            X_WG, X_WF = snapshot.pose_in_world(geometry_id), snapshot.pose_in_world(frame)
-            X_GF = compose(inverse(X_WG), X_WF)
-        if np.array_equal(X_GF, np.eye(4)):
-            return points
-        return moved(points, X_GF)
-
     def take_over(self, old: SourceClouds, before: Context, context: Context) -> None:
         """Take the state of the same clouds in the scene before, and give a context its points."""
         there = {geometry_id for found in self.ids.values() for geometry_id in found}
         self.heard = old.heard & there
-        self.stamps = {g: stamp for g, stamp in old.stamps.items() if g in there}
         points = {g: before.snapshot.point_set(g) for g in self.heard}
         context.set_points(self.source, points)
-        if self.images is not None and old.images is not None:
-            self.images.take_over(old.images)
+        numbers = np.full(1 + max((s.number for s in old.sensors.values()), default=-1), -1)
+        for name, state in old.sensors.items():
+            if name in self.sensors:
+                numbers[state.number] = self.sensors[name].number
+                self.sensors[name].take_over(state)
+        self.seen = old.seen.numbered(numbers)
+        if len(self.seen) < len(old.seen) and self.heard:
+            (cloud,) = self.heard
+            self.see(cloud, self.inspector.get_pose_in_frame(cloud))
+            self.bring(context)
 
     def stamp(self) -> int:
         """Return the newest stamp of points, nanoseconds."""
-        return max(self.stamps.values(), default=UNSTAMPED)
+        return max((state.stamp for state in self.sensors.values()), default=UNSTAMPED)
 
     def forget(self, after: int) -> None:
         """Forget stamps later than that; the points hold."""
-        self.stamps = {g: stamp for g, stamp in self.stamps.items() if stamp <= after}
-        if self.images is not None:
-            self.images.forget(after)
+        self.seen = self.seen.stamped_at_most(after)
+        for state in self.sensors.values():
+            state.forget(after)
 
 
 def clouds_by_source(

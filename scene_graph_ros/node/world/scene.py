@@ -25,10 +25,13 @@ from scene_graph_ros.geometry.steps import between_steps
 from scene_graph_ros.node.runtime.names import DEFAULT_POSE_TYPE
 from scene_graph_ros.node.world.clouds import clouds_by_source
 from scene_graph_ros.node.world.deformables import deformables_by_source, SourceDeformables
+from scene_graph_ros.node.world.fields import fields_by_source
 from scene_graph_ros.node.world.handles import Handle
-from scene_graph_ros.node.world.intake import SourceFrames, UNSTAMPED
+from scene_graph_ros.node.world.intake import SourceFrames
 from scene_graph_ros.node.world.padded_sides import PaddedSide
+from scene_graph_ros.node.world.scene_frames import bring_poses, frames_of
 from scene_graph_ros.node.world.scene_robots import SceneRobots
+from scene_graph_ros.node.world.source_topics import depth_settings, filled_source
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -38,7 +41,7 @@ if TYPE_CHECKING:
     from scene_graph_ros.geometry.perception import CameraDescription
     from scene_graph_ros.node.world.pose_history import PoseHistory
     from scene_graph_ros.node.world.robot_motion import RobotMotion
-    from scene_graph_ros.scene_files.loaded_scene import DepthSettings
+    from scene_graph_ros.scene_files.sensor_settings import DepthSettings, SensorSettings
 
 __all__ = ["Attachment", "Edit", "Scene", "SourceRecord", "records_of"]
 
@@ -50,8 +53,8 @@ class SourceRecord:
     ``pose_type`` "" means that no poses are read. ``robot`` computes link poses for JointState,
     ``motion`` has when its joints were heard. ``interpolates``: TF is composed at one time.
     ``cloud`` names the geometry whose points it sends, "" for its only one.
-    ``description`` is the origin of a robot's description, None where a file has it; ``depth``
-    the settings of its images, None where it sends none.
+    ``description`` is the origin of a robot's description, None where a file has it; ``sensor``
+    has the settings of its images of depth or clouds, None where no file has some.
     """
 
     id: Any
@@ -65,7 +68,17 @@ class SourceRecord:
     interpolates: bool = True
     motion: RobotMotion | None = None
     description: Any = None
-    depth: DepthSettings | None = None
+    sensor: SensorSettings | None = None
+
+    @property
+    def depth(self) -> DepthSettings | None:
+        """The settings of its images of depth, None where it sends none."""
+        return depth_settings(self)
+
+    @property
+    def filled(self) -> str:
+        """The name of the source whose cloud its sensor fills."""
+        return filled_source(self)
 
 
 @dataclass(frozen=True)
@@ -116,16 +129,19 @@ class Edit:
     def deforming(self) -> frozenset[str]:
         """Return the names of the sources that have deformable geometry."""
         inspector = self.scene_graph.model_inspector()
-        owners = {
-            inspector.get_owning_source_id(geometry_id)
-            for geometry_id in inspector.get_all_deformable_geometry_ids()
-        }
-        return frozenset(name for name, record in self.records.items() if record.id in owners)
+        return self._owners(inspector.get_all_deformable_geometry_ids())
 
     def sensing(self) -> frozenset[str]:
         """Return the names of the sources that have clouds."""
+        return self._owners(self.scene_graph.model_inspector().get_all_cloud_ids())
+
+    def with_fields(self) -> frozenset[str]:
+        """Return the names of the sources that have height fields."""
+        return self._owners(self.scene_graph.model_inspector().get_all_height_field_ids())
+
+    def _owners(self, geometries: Iterable[GeometryId]) -> frozenset[str]:
         inspector = self.scene_graph.model_inspector()
-        owners = {inspector.get_owning_source_id(i) for i in inspector.get_all_cloud_ids()}
+        owners = {inspector.get_owning_source_id(geometry_id) for geometry_id in geometries}
         return frozenset(name for name, record in self.records.items() if record.id in owners)
 
     def owner(self, name: str, token: int) -> SourceRecord:
@@ -232,7 +248,11 @@ class Scene:
         known = {} if before is None else before.frames
         self.frames: dict[str, SourceFrames] = {}
         for name, record in self.records.items():
-            frames = _frames_of(record, inspector, edit, known.get(name), world_frame)
+            own = tuple(sorted(inspector.frames_for_source(record.id)))
+            frames = frames_of(
+                *(name, own, inspector, edit.initial_poses, known.get(name), world_frame),
+                is_rehung=not edit.rehung.isdisjoint(own),
+            )
             frames.attached = frozenset(f for f in frames.ids if f in self.attachments)
             self.frames[name] = frames
         self._owners: dict[str, str] = {}
@@ -242,24 +262,25 @@ class Scene:
         self.deformables = deformables_by_source(inspector, ids)
         senders = {name: (each.id, each.cloud) for name, each in self.records.items()}
         self.clouds = clouds_by_source(self.names, inspector, senders, world_frame)
+        self.fields = fields_by_source(inspector, ids)
         elements = {*inspector.get_all_cloud_ids(), *inspector.get_all_height_field_ids()}
         self.has_elements = not elements.isdisjoint(
             inspector.get_all_geometry_ids(Role.PROXIMITY) if elements else ()
         )
         """Whether there are clouds or height fields to measure."""
         self.history: PoseHistory | None = None if before is None else before.history
-        """Where all was in the last seconds, of a scene with images of depth."""
-        self._prepare_images()
+        """Where all was in the last seconds, of a scene with clouds."""
+        self._prepare_sensors()
         robots = {n: record.robot for n, record in self.records.items() if record.robot}
         self.robots = SceneRobots(robots, self.scene_graph, self.context, self.paddings)
 
-    def _prepare_images(self) -> None:
-        """Make what images of depth need; imported for some."""
-        if not any(record.depth is not None for record in self.records.values()):
+    def _prepare_sensors(self) -> None:
+        """Make what messages of sensors need; imported for some."""
+        if not self.clouds:
             self.history = None
             return
-        from scene_graph_ros.node.world.depth_state import states_of
         from scene_graph_ros.node.world.pose_history import PoseHistory
+        from scene_graph_ros.node.world.sensor_state import states_of
 
         inspector = self.context.snapshot.inspector
         history = self.history = PoseHistory() if self.history is None else self.history
@@ -269,11 +290,12 @@ class Scene:
 
         states = states_of(self.records, self.names, inspector, self.cameras, place)
         for name, state in states.items():
-            if name in self.clouds:
-                self.clouds[name].images = state
+            filled = self.clouds.get(self.records[name].filled)
+            if filled is not None:
+                filled.sensors[name] = state
 
     def note_poses(self) -> None:
-        """Remember where all is now, where a scene has images of depth."""
+        """Remember where all is now, where a scene has clouds."""
         if self.history is not None:
             motions = {name: record.motion for name, record in self.records.items()}
             self.history.note(self.frames, motions)
@@ -306,7 +328,7 @@ class Scene:
         for name, frames in self.frames.items():
             old = None if before is None else before.frames.get(name)
             if old is not None and old is not frames:
-                _bring_poses(old, frames, self._rehung)
+                bring_poses(old, frames, self._rehung)
                 motion = self.records[name].motion
                 if motion is not None:
                     motion.write(motion.kinematics.link_poses()[1], (), frames)
@@ -319,12 +341,21 @@ class Scene:
         for name, clouds in self.clouds.items():
             if before is not None and name in before.clouds:
                 clouds.take_over(before.clouds[name], before.context, self.context)
+        for name, fields in self.fields.items():
+            if before is not None and name in before.fields:
+                fields.take_over(before.fields[name], before.context, self.context)
 
     def begin(self) -> None:
         """Tell the frames, which the scene before may share, whose all others are from now on."""
         for frames in self.frames.values():
             frames.foreign = self._owners
         self.note_poses()
+
+    def sensed_stamps(self, source: str) -> list[int]:
+        """Return the newest stamps of a source's points and heights, ns, of what it has."""
+        clouds, fields = self.clouds.get(source), self.fields.get(source)
+        of_clouds = [] if clouds is None else [clouds.stamp()]
+        return of_clouds if fields is None else [*of_clouds, fields.stamp]
 
     def set_accuracy(self, accuracy: str) -> bool:
         """Answer at this tier; tell whether that is another than before."""
@@ -342,44 +373,10 @@ class Scene:
         deformables.fresh.clear()
 
     def sense(self, source: str) -> None:
-        """Bring points of a source's clouds that are new into the context, as all stands now."""
-        self.clouds[source].bring(self.context)
-
-
-def _frames_of(
-    record: SourceRecord,
-    inspector: Any,
-    edit: Edit,
-    old: SourceFrames | None,
-    world_frame: str,
-) -> SourceFrames:
-    ids = tuple(sorted(inspector.frames_for_source(record.id)))
-    names = tuple(inspector.get_name(frame_id) for frame_id in ids)
-    parents = _parents(ids, inspector, world_frame)
-    is_as_before = old is not None and (old.ids, old.names, old.parents) == (ids, names, parents)
-    if old is not None and is_as_before and edit.rehung.isdisjoint(ids):
-        return old
-    X_PF = np.tile(np.eye(4), (len(ids), 1, 1))
-    for row, frame_id in enumerate(ids):
-        if frame_id in edit.initial_poses:
-            X_PF[row] = edit.initial_poses[frame_id]
-    stamps = np.full(len(ids), UNSTAMPED, dtype=np.int64)
-    return SourceFrames(record.name, ids, names, parents, X_PF, stamps)
-
-
-def _parents(ids: Iterable[Any], inspector: Any, world_frame: str) -> tuple[str, ...]:
-    world = inspector.world_frame_id()
-    parents = [inspector.get_parent_frame(frame_id) for frame_id in ids]
-    return tuple(world_frame if p == world else inspector.get_name(p) for p in parents)
-
-
-def _bring_poses(old: SourceFrames, new: SourceFrames, rehung: frozenset[FrameId]) -> None:
-    """Put frames where they were, also those whose place in the order is another by now."""
-    rows = np.array([old.row_of_id.get(frame_id, -1) for frame_id in new.ids], dtype=np.int64)
-    stays = np.array([frame_id not in rehung for frame_id in new.ids], dtype=np.bool_)
-    kept = (rows >= 0) & stays
-    new.X_PF[kept], new.stamps[kept] = old.X_PF[rows[kept]], old.stamps[rows[kept]]
-    new.is_static[kept] = old.is_static[rows[kept]]
+        """Bring points and heights of a source that are new into the context."""
+        for sensed in (self.clouds.get(source), self.fields.get(source)):
+            if sensed is not None:
+                sensed.bring(self.context)
 
 
 def records_of(scene_graph: SceneGraph) -> dict[str, SourceRecord]:

@@ -231,7 +231,7 @@ class SceneLoader:
             source.interpolates if robot is None else _interpolates(robot),
             motion,
             source.description,
-            source.depth,
+            source.sensor,
         )
         edit.records[record.name] = record
         edit.handles[record.name] = Handle(new_token()) if handle is None else handle

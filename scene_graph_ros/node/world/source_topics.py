@@ -8,11 +8,13 @@ from typing import Any, Protocol
 
 from scene_graph_ros.node.runtime.names import (
     default_configuration_topic,
+    default_heights_topic,
     default_points_topic,
     default_pose_topic,
     DEFAULT_POSE_TYPE,
     TRANSFORMS,
 )
+from scene_graph_ros.scene_files.sensor_settings import DepthSettings, SensorSettings
 
 __all__ = [
     "CAMERA_INFO",
@@ -20,6 +22,7 @@ __all__ = [
     "DEFAULT_POSE_TYPE",
     "DEPTH_IMAGES",
     "DESCRIPTION_TYPE",
+    "HEIGHTS",
     "IMAGE_TYPE",
     "INFO_TYPE",
     "JOINT_STATE",
@@ -31,7 +34,10 @@ __all__ = [
     "SourceTopic",
     "base_topic",
     "configuration_topic",
+    "depth_settings",
     "description_topic",
+    "filled_source",
+    "heights_topic",
     "joint_pose_topic",
     "points_topic",
     "pose_topic",
@@ -51,6 +57,8 @@ TF = "tf2_msgs/msg/TFMessage"
 DEPTH_IMAGES = "depth images"
 CAMERA_INFO = "camera info"
 """The nouns of a depth camera's two topics."""
+
+HEIGHTS = "heights"
 
 
 class Sender(Protocol):
@@ -77,8 +85,8 @@ class Sender(Protocol):
         """Topic of its cloud's points as given."""
 
     @property
-    def depth(self) -> Any:
-        """The settings of its images of depth, None where it sends none."""
+    def sensor(self) -> SensorSettings | None:
+        """The settings of its images of depth or clouds, None where no file has some."""
 
     @property
     def robot(self) -> Any:
@@ -115,6 +123,21 @@ def points_topic(sender: Sender) -> str:
     return sender.points_topic or default_points_topic(sender.name)
 
 
+def heights_topic(sender: Sender) -> str:
+    """Return the topic of the heights of a source's height field."""
+    return default_heights_topic(sender.name)
+
+
+def filled_source(sender: Sender) -> str:
+    """Return the name of the source whose cloud a source's sensor fills: mostly its own."""
+    return (sender.sensor.fills if sender.sensor is not None else "") or sender.name
+
+
+def depth_settings(sender: Sender) -> DepthSettings | None:
+    """Return the settings of a source's images of depth, None where it sends none."""
+    return sender.sensor if isinstance(sender.sensor, DepthSettings) else None
+
+
 def base_topic(sender: Sender) -> str:
     """Return the topic on which a robot's base moves as asked for, "" where it stands still."""
     base = None if sender.robot is None else sender.robot.moving_base
@@ -135,12 +158,15 @@ def description_topic(sender: Sender) -> str:
 
 
 def topics_of(
-    senders: Iterable[Sender], deforming: Container[str], sensing: Container[str] = ()
+    senders: Iterable[Sender],
+    deforming: Container[str],
+    sensing: Container[str] = (),
+    with_fields: Container[str] = (),
 ) -> dict[SourceTopic, None]:
     """Return all topics.
 
     ``deforming`` are the names of sources with deformable geometry, ``sensing`` of those with
-    clouds.
+    clouds, ``with_fields`` of those with height fields.
     """
     topics: dict[SourceTopic, None] = {}
     for sender in senders:
@@ -152,13 +178,16 @@ def topics_of(
             topic, is_default = configuration_topic(sender), not sender.configuration_topic
             kind = CONFIGURATION_TYPE
             topics[SourceTopic(name, "configurations", topic, kind, is_default)] = None
-        if name in sensing and sender.depth is not None:
-            images, info = sender.depth.image_topic, sender.depth.info_topic
+        fills, depth = filled_source(sender) in sensing, depth_settings(sender)
+        if fills and depth is not None:
+            images, info = depth.image_topic, depth.info_topic
             topics[SourceTopic(name, DEPTH_IMAGES, images, IMAGE_TYPE, False)] = None
             topics[SourceTopic(name, CAMERA_INFO, info, INFO_TYPE, False)] = None
-        elif name in sensing:
+        elif fills:
             topic, is_default = points_topic(sender), not sender.points_topic
             topics[SourceTopic(name, "points", topic, POINTS_TYPE, is_default)] = None
+        if name in with_fields:
+            topics[SourceTopic(name, HEIGHTS, heights_topic(sender), IMAGE_TYPE, True)] = None
         for noun, topic, kind in _of_robot(sender):
             if topic:
                 topics[SourceTopic(name, noun, topic, kind, False)] = None

@@ -9,11 +9,12 @@ from rclpy.node import Node
 
 from scene_graph_ros.node.runtime.loop import OwnThreadGroup, Topic
 from scene_graph_ros.node.world.configuration_inputs import ConfigurationInputs
-from scene_graph_ros.node.world.depth_inputs import DepthInputs, InfoInputs
 from scene_graph_ros.node.world.description_channel import Describe, DescriptionInputs
+from scene_graph_ros.node.world.height_inputs import HeightInputs
 from scene_graph_ros.node.world.inputs import BASE_POSES, JOINT_POSES, PoseInputs, POSES
-from scene_graph_ros.node.world.point_inputs import PointInputs
+from scene_graph_ros.node.world.sensor_inputs import DepthInputs, InfoInputs, PointInputs
 from scene_graph_ros.node.world.source_channel import Inputs
+from scene_graph_ros.node.world.source_topics import CAMERA_INFO, DEPTH_IMAGES
 from scene_graph_ros.node.world.time_limits import TimeLimits
 from scene_graph_ros.node.world.world import World
 
@@ -28,7 +29,7 @@ class Collected(NamedTuple):
     deformed: Any
     """The configurations that came, as `World.commit` takes them."""
     sensed: set[str]
-    """Names of the sources whose clouds have other points."""
+    """Names of the sources whose clouds have other points, or fields other heights."""
     first: int | None
     """The steady time of the first arrival, ns; None without any."""
 
@@ -57,15 +58,18 @@ class Subscriptions:
             for noun in (POSES, BASE_POSES, JOINT_POSES)
         ]
         self._configurations = ConfigurationInputs(node, world, group, changed)
-        self._points = PointInputs(node, world, group, changed, most_points)
-        self._info = InfoInputs(node, world, group, changed)
-        self._images = DepthInputs(node, world, group, changed, most_points, lack)
+        of_views = most_points, lack
+        self._points = PointInputs(node, world, group, changed, "points", *of_views)
+        self._info = InfoInputs(node, world, group, changed, CAMERA_INFO)
+        self._heights = HeightInputs(node, world, group, changed)
+        self._images = DepthInputs(node, world, group, changed, DEPTH_IMAGES, *of_views)
         self.all: list[Inputs[Any]] = [
             *self._poses,
             self._configurations,
             self._points,
             self._info,
             self._images,
+            self._heights,
             DescriptionInputs(node, world, group, changed, describe),
         ]
 
@@ -87,12 +91,16 @@ class Subscriptions:
         moved = {name for names, _ in collected for name in names}
         arrivals, sensed = [arrived, *(arrival for _, arrival in collected)], set[str]()
         if self._world.snapshot.sensing:
-            points = self._points.collect(limits)
             self._world.note_poses()
+            points = self._points.collect(limits)
             self._info.collect(limits)  # moves nothing
             images = self._images.collect(limits)
             sensed = points[0] | images[0]
             arrivals += [points[1], images[1]]
+        if self._world.snapshot.with_fields:
+            heights = self._heights.collect(limits)
+            sensed = sensed | heights[0]
+            arrivals.append(heights[1])
         # Steady times are never 0.
         return Collected(moved, deformed, sensed, min(filter(None, arrivals), default=None))
 

@@ -11,91 +11,33 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterable, Mapping
 from dataclasses import dataclass, field
 import threading
-from typing import Any, NamedTuple, TYPE_CHECKING, TypeVar
+from typing import Any, TYPE_CHECKING, TypeVar
 
 import numpy as np
 
 from msg_adapters.names import SceneNames
 from scene_graph_ros.geometry import SceneGraph
 from scene_graph_ros.geometry.query.query_object import QueryObject
-from scene_graph_ros.geometry.spatial.record_kernels import latest
 from scene_graph_ros.geometry.steps import between_steps, calling_between_steps
-from scene_graph_ros.node.runtime.made_once import made_once
 from scene_graph_ros.node.runtime.precedence import Precedence
 from scene_graph_ros.node.world.clouds import SourceClouds
 from scene_graph_ros.node.world.deformables import SourceDeformables
+from scene_graph_ros.node.world.fields import SourceFields
 from scene_graph_ros.node.world.half_spaces import check_half_spaces
 from scene_graph_ros.node.world.handles import Handle, new_token
 from scene_graph_ros.node.world.intake import SourceFrames, UNSTAMPED
 from scene_graph_ros.node.world.scene import Edit, records_of, Scene, SourceRecord
 from scene_graph_ros.node.world.scene_robots import SceneRobots
+from scene_graph_ros.node.world.source_stamps import SeenImage, SourceStamps, STATIC
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scene_graph_ros.geometry.perception import CameraDescription
 
-__all__ = ["STATIC", "SeenImage", "SourceStamps", "World", "WorldSnapshot"]
+__all__ = ["World", "WorldSnapshot"]
 
 T = TypeVar("T")
-
-STATIC = np.iinfo(np.int64).max
-"""Stamp of what never gets old."""
-
-
-@dataclass(frozen=True, eq=False)
-class SourceStamps:
-    """The stamps of a source's frames, nanoseconds: ``ids`` and ``stamps`` ``(n,)``, as of then.
-
-    ``newest`` is the largest that a message said; ``stamp`` is that of the source as a whole.
-    """
-
-    ids: tuple[Any, ...]
-    stamps: NDArray[np.int64]
-    is_static: NDArray[np.bool_]
-    newest: int
-    stamp: int
-    joint_stamps: Mapping[str, int] = field(default_factory=dict)
-    """Those of a robot's joints, and of BASE: STATIC where they were sent for good."""
-
-    @classmethod
-    def of(
-        cls,
-        frames: SourceFrames,
-        deformables: SourceDeformables | None,
-        clouds: SourceClouds | None,
-        record: SourceRecord,
-    ) -> SourceStamps:
-        """Return those of a source now."""
-        stamps, is_static = frames.stamps.copy(), frames.is_static.copy()
-        newest = int(latest(stamps))
-        if record.motion is not None:
-            newest = max(newest, int(latest(record.motion.stamps)))
-        if deformables is not None:
-            newest = max(newest, deformables.stamp())
-        if clouds is not None:
-            newest = max(newest, clouds.stamp())
-        stamp = newest
-        if record.motion is not None and len(stamps):
-            stamp = int(np.where(is_static, STATIC, stamps).min())
-        elif len(stamps) and is_static.all() and deformables is None and clouds is None:
-            stamp = STATIC
-        joints = {} if record.motion is None else record.motion.joint_stamps(STATIC)
-        return cls(frames.ids, stamps, is_static, newest, stamp, joints)
-
-    @made_once
-    def by_frame(self) -> Mapping[Any, int]:
-        """The stamp of each frame in its parent: STATIC where nothing moves it."""
-        ages = np.where(self.is_static, STATIC, self.stamps).tolist()
-        return dict(zip(self.ids, ages, strict=True))
-
-
-class SeenImage(NamedTuple):
-    """The points of an image, without those of the robot: in the world ``(n, 3)``, m."""
-
-    stamp: int
-    p_WPs: NDArray[np.float64]
-    radii: NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -103,8 +45,8 @@ class WorldSnapshot:
     """The world at one time. Nothing in it changes any more.
 
     ``records`` are its sources by name, ``deforming`` the names of those with deformable geometry,
-    ``sensing`` of those with clouds, ``cameras`` the cameras by name, also those whose frame is
-    gone.
+    ``sensing`` of those with clouds, ``with_fields`` of those with height fields, ``cameras`` the
+    cameras by name, also those whose frame is gone.
     ``stamp`` is the newest stamp among its poses, ``stamps`` has those of each source's frames;
     nanoseconds of the node's clock, STATIC for those that never get old. ``arrival`` is when the
     oldest message that this update applied arrived, nanoseconds of the steady clock; None where
@@ -127,10 +69,11 @@ class WorldSnapshot:
     arrival: int | None = None
     cameras: Mapping[str, CameraDescription] = field(default_factory=dict)
     sensing: frozenset[str] = frozenset()
+    with_fields: frozenset[str] = frozenset()
     has_elements: bool = False
     """Whether there are clouds or height fields to measure."""
     images: Mapping[str, SeenImage] = field(default_factory=dict)
-    """The newest image of depth by source, of those that sent one."""
+    """The newest message of each sensor by source, of those that sent one."""
     _turns: dict[Hashable, threading.Lock] = field(default_factory=dict, repr=False)
 
     def ask(self, question: Callable[..., T], *arguments: Hashable) -> T:
@@ -260,6 +203,11 @@ class World:
         """Clouds by source, of those that have some; ``lock`` to change them."""
         return self._scene.clouds
 
+    @property
+    def fields(self) -> Mapping[str, SourceFields]:
+        """Height fields by source, of those that have some; ``lock`` to change them."""
+        return self._scene.fields
+
     def edit(
         self,
         change: Callable[[Edit], T],
@@ -312,8 +260,8 @@ class World:
     ) -> WorldSnapshot:
         """Take the poses that were written into the frames of ``moved`` sources into a snapshot.
 
-        Likewise the configurations of ``deformed`` sources, and the points of ``sensed`` ones, in
-        frames where these are by then. To be called with ``lock`` held,
+        Likewise the configurations of ``deformed`` sources, and points and heights of ``sensed``
+        ones, in frames where these are by then. To be called with ``lock`` held,
         after `Intake.accept`.
         """
         with self.lock:
@@ -328,7 +276,7 @@ class World:
             return self._snapshot
 
     def note_poses(self) -> None:
-        """Remember where all is by now, for images that are of an earlier time; hold ``lock``."""
+        """Remember where all is by now, for messages of an earlier time; hold ``lock``."""
         self._scene.note_poses()
 
     def set_accuracy(self, accuracy: str) -> None:
@@ -355,6 +303,8 @@ class World:
                     del deformables.stamps[geometry_id]
             for clouds in self._scene.clouds.values():
                 clouds.forget(after)
+            for fields in self._scene.fields.values():
+                fields.forget(after)
             if self._scene.history is not None:
                 self._scene.history.clear()
                 self._scene.note_poses()
@@ -371,7 +321,7 @@ class World:
             name: SourceStamps.of(
                 frames,
                 scene.deformables.get(name),
-                scene.clouds.get(name),
+                scene.sensed_stamps(name),
                 scene.records[name],
             )
             for name, frames in scene.frames.items()
@@ -382,6 +332,7 @@ class World:
             records=scene.records,
             deforming=frozenset(scene.deformables),
             sensing=frozenset(scene.clouds),
+            with_fields=frozenset(scene.fields),
             has_elements=scene.has_elements,
             scene_version=scene.version,
             sequence=self._sequence,
@@ -397,9 +348,9 @@ class World:
 
 
 def _images_of(scene: Scene) -> dict[str, SeenImage]:
-    states = {name: each.images for name, each in scene.clouds.items()}
     return {
         name: SeenImage(state.stamp, *state.newest)
-        for name, state in states.items()
-        if state is not None and state.newest is not None
+        for clouds in scene.clouds.values()
+        for name, state in clouds.sensors.items()
+        if state.newest is not None
     }

@@ -102,26 +102,28 @@ def test_points_are_in_the_frame_that_the_message_names(sensing, frame, expected
     assert sensing.world.snapshot.source_stamp("camera") == NOW
 
 
-def test_frames_are_where_the_same_update_puts_them(sensing):
-    """A hand that moves while its camera sends: its pose is taken first."""
+def test_frames_are_where_they_were_at_the_stamp(sensing):
+    """A hand that moves while its camera sends: between the poses before and after."""
     frames = sensing.world.frames("arm")
-    with sensing.world.lock:
-        frames.X_PF[frames.rows["hand"], :3, 3] = (0, 4, 0)
-        sensing.channel.store(serialize_message(cloud_message([[4, 5, 6]], "hand")), 1)
-        clouds = sensing.world.clouds
-        apply_kept(sensing.channel, sensing.record, lambda: clouds["camera"], LIMITS)
-        sensing.world.commit({"arm"}, 1, (), {"camera"})
+    row = frames.rows["hand"]
+    for y, stamp in ((3, NOW - 100), (5, NOW + 100)):
+        with sensing.world.lock:
+            frames.X_PF[row, :3, 3], frames.stamps[row] = (0, y, 0), stamp
+            sensing.world.commit({"arm"}, 1)
+            sensing.world.note_poses()
+        sensing.send(cloud_message([[4, 5, 6]], "hand"))
     np.testing.assert_allclose(sensing.points(), [[8, -4, 4]], atol=1e-12)
+    assert sensing.faults() == {}
 
 
 def test_pixels_that_see_nothing_are_no_points(sensing):
     """Not a number, infinite, or too far once they are in the cloud's frame; none at all."""
     bad = [[np.nan, 0, 0], [0, np.inf, 0], [0, 0, 1e30], [4, 5, 6]]
     assert sensing.send(cloud_message(bad, "lens"))
-    np.testing.assert_array_equal(sensing.points(), [[3, 5, 6]])
-    assert sensing.channel.newest == {
-        "points in the newest": 1, "no points in the newest (not finite)": 3
-    }  # fmt: skip
+    np.testing.assert_allclose(sensing.points(), [[3, 5, 6]])
+    newest = sensing.channel.newest
+    assert newest["points of the newest cloud"] == newest["points"] == 1
+    assert newest["no points in the newest (not finite)"] == 3
     assert sensing.send(cloud_message([], "lens"))
     assert sensing.points().shape == (0, 3)
     assert sensing.faults() == {}
@@ -168,10 +170,10 @@ def test_the_newest_good_message_counts(sensing):
     """Of two between updates; a bad one does not hide the good one before it."""
     good, newer = cloud_message([[4, 5, 6]], "lens"), cloud_message([[5, 5, 6]], "lens")
     assert sensing.send(good, newer)
-    np.testing.assert_array_equal(sensing.points(), [[4, 5, 6]])
+    np.testing.assert_allclose(sensing.points(), [[4, 5, 6]])
     assert sensing.intake.statistics.superseded == 1
     assert sensing.send(good, without_y(newer))
-    np.testing.assert_array_equal(sensing.points(), [[3, 5, 6]])
+    np.testing.assert_allclose(sensing.points(), [[3, 5, 6]])
     assert sensing.faults() == {Fault.MALFORMED: 1}
     assert sensing.send(good, good, good)
     assert sensing.intake.statistics.superseded == 3
@@ -193,7 +195,7 @@ def test_of_several_clouds_the_scene_names_one():
     sensing = Sensing(named)
     assert sensing.send(cloud_message([[4, 5, 6]]))
     np.testing.assert_array_equal(sensing.points("more"), [[4, 5, 6]])
-    np.testing.assert_array_equal(sensing.points(), [[9, 9, 9]])
+    np.testing.assert_allclose(sensing.points(), [[9, 9, 9]])
 
 
 def test_a_radius_for_each_point_is_not_sent():
@@ -215,7 +217,7 @@ def test_an_edit_carries_the_points_over(sensing):
     assert world.snapshot.source_stamp("camera") == NOW
     assert not sensing.send(cloud_message([[4, 5, 6]], "lens"), stamp=NOW - 1)
     assert sensing.send(cloud_message([[5, 5, 6]], "lens"), stamp=NOW)
-    np.testing.assert_array_equal(sensing.points(), [[4, 5, 6]])
+    np.testing.assert_allclose(sensing.points(), [[4, 5, 6]])
     world.edit(lambda edit: edit.scene_graph.remove_geometry(sensing.record.id, geometry))
     assert not sensing.send(cloud_message([[4, 5, 6]], "lens"))
     assert world.snapshot.sensing == frozenset()
@@ -227,5 +229,5 @@ def test_stamps_are_forgotten_with_all_others(sensing):
     assert not sensing.send(cloud_message([[5, 5, 6]], "lens"), stamp=NOW - 1)
     sensing.world.forget_stamps()
     assert sensing.world.snapshot.source_stamp("camera") == UNSTAMPED
-    np.testing.assert_array_equal(sensing.points(), [[3, 5, 6]])
+    np.testing.assert_allclose(sensing.points(), [[3, 5, 6]])
     assert sensing.send(cloud_message([[5, 5, 6]], "lens"), stamp=NOW - 1)

@@ -10,11 +10,12 @@ from sensor_msgs.msg import CameraInfo, Image, JointState
 from std_msgs.msg import Header
 
 from scene_graph_ros.node.effects.declarations import EFFECT_NAMES
-from scene_graph_ros.node.world.depth_channel import DepthChannel, InfoChannel, PATIENCE
+from scene_graph_ros.node.world.depth_channel import DepthChannel, InfoChannel
 from scene_graph_ros.node.world.faults import Fault
 from scene_graph_ros.node.world.inputs import make_channel, message_type, POSES
 from scene_graph_ros.node.world.intake import Intake
 from scene_graph_ros.node.world.scenes import SceneLoader
+from scene_graph_ros.node.world.sensor_channel import PATIENCE
 from scene_graph_ros.node.world.source_channel import apply_kept
 from scene_graph_ros.node.world.time_limits import TimeLimits
 from scene_graph_ros.node.world.world import World
@@ -277,7 +278,7 @@ def test_an_image_before_its_lens_waits_and_then_is_named(tmp_path):
     assert looking.faults() == {}
     looking.send_info()
     assert looking.update()
-    looking.world.clouds["camera"].images.lens = None
+    looking.world.clouds["camera"].sensors["camera"].lens = None
     looking.now += SECOND
     assert not looking.send(stamp=NOW + SECOND // 4)
     assert looking.faults() == {Fault.NO_CAMERA_INFO: 1}

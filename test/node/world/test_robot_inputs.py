@@ -22,7 +22,7 @@ from scene_graph_ros.node.world.inputs import (
     POSES,
 )
 from scene_graph_ros.node.world.intake import UNSTAMPED
-from scene_graph_ros.node.world.world import STATIC
+from scene_graph_ros.node.world.source_stamps import STATIC
 
 
 @pytest.fixture

@@ -1,12 +1,12 @@
-"""A source's images of depth, as far as its cloud is concerned. No rclpy here.
+"""A source's sensor, of images of depth or clouds, as far as a cloud is concerned. No rclpy here.
 
-Imported where a source has the settings of such images.
+Imported where a source has a cloud.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, NamedTuple, TYPE_CHECKING
 
 import numpy as np
@@ -15,47 +15,44 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry import Role
 from scene_graph_ros.geometry.errors import UnknownIdError
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
-from scene_graph_ros.geometry.spatial.poses import compose
 from scene_graph_ros.node.world.intake import UNSTAMPED
-from scene_graph_ros.scene_files.loaded_scene import DepthSettings
-from scene_graph_ros.sensing import (
-    Counts,
-    DepthRules,
-    DepthView,
-    NewPoints,
-    SeenPoints,
-    SelfFilter,
+from scene_graph_ros.scene_files.sensor_settings import (
+    AS_THEY_ARE,
+    DepthSettings,
+    SensorSettings,
 )
+from scene_graph_ros.sensing import Counts, DepthRules, NewPoints, SeenPoints, SelfFilter
 
 if TYPE_CHECKING:
-    from msg_adapters.depth_images import DepthImage, SensedLens
+    from msg_adapters.depth_images import SensedLens
     from msg_adapters.names import SceneNames
     from scene_graph_ros.geometry.perception import CameraDescription
+    from scene_graph_ros.sensing import CloudView, DepthView
 
-__all__ = ["DepthState", "OpticalFrame", "Surroundings", "states_of"]
+__all__ = ["SensorFrame", "SensorState", "Surroundings", "states_of"]
 
 
-class OpticalFrame(NamedTuple):
-    """A camera's optical frame C, on a frame of the scene."""
+class SensorFrame(NamedTuple):
+    """A sensor's own frame S, of a camera the optical one, on a frame of the scene."""
 
     frame: FrameId
-    X_FC: NDArray[np.float64]
+    X_FS: NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """What images are looked at in: one version of the scene."""
+    """What messages are looked at in: one version of the scene."""
 
     inspector: Any
     robots: frozenset[SourceId]
     sources: Mapping[str, SourceId]
-    cameras: Mapping[str, OpticalFrame]
+    cameras: Mapping[str, SensorFrame]
     """The scene's own cameras, by the names of their optical frames."""
     place: Callable[[Iterable[FrameId], int], Mapping[FrameId, NDArray[np.float64]]]
     """Returns ``X_WF`` of frames at a time, ns; raises NotYetError and PastError."""
 
     def bodies(self, names: Iterable[str] | None) -> tuple[list[GeometryId], list[GeometryId]]:
-        """Return the geometries that are taken out of images: those of sources, and their load.
+        """Return the geometries that are taken out of messages: those of sources, and their load.
 
         Without names those of all robots; their load is what hangs on their frames. A source that
         is gone has none.
@@ -82,24 +79,25 @@ class Surroundings:
 
 
 @dataclass
-class DepthState:
-    """The lens, and the points that were seen, of one source."""
+class SensorState:
+    """The lens, the place in time and the newest points of one sensor."""
 
-    settings: DepthSettings
+    settings: SensorSettings
     surroundings: Surroundings
+    number: int
+    """Of the sensor, among those that fill the same cloud."""
     lens: SensedLens | None = None
-    seen: SeenPoints = field(default_factory=SeenPoints.none)
     newest: NewPoints | None = None
-    """The points of the newest image, without the robot's."""
+    """The points of the newest message, without the robot's."""
     stamp: int = UNSTAMPED
-    """Of the newest image, ns."""
+    """Of the newest message, ns."""
     _filters: tuple[SelfFilter, SelfFilter] | None = None
 
     def rules(self, error: float) -> DepthRules:
-        """Return the rules of images whose depths have this error, m."""
+        """Return the rules of messages whose points have this error, m."""
         its = self.settings
         return DepthRules(
-            step=its.step,
+            step=its.step if isinstance(its, DepthSettings) else 1,
             near=its.near,
             far=its.far,
             error=error,
@@ -112,7 +110,7 @@ class DepthState:
 
     @property
     def filters(self) -> tuple[SelfFilter, SelfFilter]:
-        """The bodies that are taken out of images, and of them the load; made with the first."""
+        """The bodies that are taken out of messages, and of them the load; made with the first."""
         if self._filters is None:
             around = self.surroundings
             own, load = around.bodies(self.settings.remove)
@@ -122,45 +120,36 @@ class DepthState:
 
     def look(
         self,
-        image: DepthImage,
-        optical: OpticalFrame,
+        view_of: Callable[[DepthRules, SelfFilter], DepthView | CloudView],
         X_WF: Mapping[FrameId, NDArray[np.float64]],
+        seen: SeenPoints,
+        stamp: int,
         error: float,
         most: int,
-    ) -> Counts:
-        """Take an image, with all frames where they were then; ``most`` points are kept."""
-        assert self.lens is not None
+    ) -> tuple[SeenPoints, Counts]:
+        """Return the points after a message, with all frames where they were then.
+
+        ``seen`` are those before, ``most`` are kept, and ``view_of`` makes the message's view.
+        """
         own, load = self.filters
         own.place(X_WF)
         if load.frames:
             # It was an obstacle until it was grasped: what was seen of it then is forgotten.
             load.place(X_WF)
-            held = load.near(self.seen.p_WPs, self.settings.padding)
-            self.seen = self.seen.only(~held)
-        X_WC = compose(X_WF[optical.frame], optical.X_FC)
-        view = DepthView.of(image.depth, self.lens.lens, X_WC, self.rules(error), own)
-        self.newest = view.points()
-        self.seen, counts = self.seen.after(view, self.newest, image.stamp_ns, most)
-        self.stamp = image.stamp_ns
-        return counts
+            seen = seen.only(~load.near(seen.p_WPs, self.settings.padding))
+        view = view_of(self.rules(error), own)
+        self.newest, self.stamp = view.points(), stamp
+        if self.settings.remembers:
+            return seen.after(view, self.newest, stamp, most, self.number)
+        return seen.replaced(self.newest, stamp, most, self.number)
 
     def forget(self, after: int) -> None:
         """Forget stamps later than that: the clock jumped."""
         self.stamp = UNSTAMPED if self.stamp > after else self.stamp
-        self.seen = self.seen.stamped_at_most(after)
 
-    def expire(self, now: int) -> bool:
-        """Forget points that were seen too long ago; tell whether there were any."""
-        if not self.settings.expires or now <= 0:
-            return False
-        before = self.seen
-        self.seen = before.since(now - int(self.settings.expires * 1e9))
-        return self.seen is not before
-
-    def take_over(self, old: DepthState) -> None:
-        """Have what the same source saw in the scene before."""
-        self.lens, self.seen = old.lens, old.seen
-        self.newest, self.stamp = old.newest, old.stamp
+    def take_over(self, old: SensorState) -> None:
+        """Have what the same sensor told in the scene before."""
+        self.lens, self.newest, self.stamp = old.lens, old.newest, old.stamp
 
 
 def states_of(
@@ -169,8 +158,8 @@ def states_of(
     inspector: Any,
     cameras: Mapping[str, CameraDescription],
     place: Callable[[Iterable[FrameId], int], Mapping[FrameId, NDArray[np.float64]]],
-) -> dict[str, DepthState]:
-    """Return the states of all sources that send images, of which nothing was seen yet.
+) -> dict[str, SensorState]:
+    """Return the states of all sources' sensors, of which nothing was heard yet.
 
     ``records`` are those of all sources by name.
     """
@@ -184,7 +173,7 @@ def states_of(
             )
         except UnknownIdError:  # it is gone, and the camera stale
             continue
-        optical[f"{camera.name}_optical_frame"] = OpticalFrame(frame, camera.X_PC)
+        optical[f"{camera.name}_optical_frame"] = SensorFrame(frame, camera.X_PC)
     around = Surroundings(
         inspector,
         frozenset(record.id for record in records.values() if record.robot is not None),
@@ -193,7 +182,6 @@ def states_of(
         place,
     )
     return {
-        name: DepthState(record.depth, around)
-        for name, record in records.items()
-        if record.depth is not None
+        name: SensorState(record.sensor or AS_THEY_ARE, around, number)
+        for number, (name, record) in enumerate(records.items())
     }

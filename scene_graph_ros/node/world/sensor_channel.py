@@ -1,0 +1,260 @@
+"""Messages of a sensor, images of depth or clouds: when they count, and where it was then.
+
+A message is of a time that is past: it waits until all joints and frames that matter were heard
+for then, and makes points where they were.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from dataclasses import dataclass
+import enum
+from typing import Any, Generic, Protocol, TYPE_CHECKING, TypeVar
+
+import numpy as np
+
+from scene_graph_ros.geometry.errors import NameConflictError, SceneGraphError, UnknownIdError
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.spatial.poses import compose
+from scene_graph_ros.node.world.bounded_channel import BoundedChannel
+from scene_graph_ros.node.world.clouds import NoCloudError, SourceClouds
+from scene_graph_ros.node.world.faults import Fault
+from scene_graph_ros.node.world.intake import Intake, UNSTAMPED
+from scene_graph_ros.node.world.pose_history import NotYetError, PastError
+from scene_graph_ros.node.world.scene import SourceRecord
+from scene_graph_ros.node.world.sensor_state import SensorFrame, SensorState
+from scene_graph_ros.node.world.source_channel import Kept
+from scene_graph_ros.node.world.time_limits import TimeLimits
+from scene_graph_ros.scene_files.sensor_settings import AS_THEY_ARE
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from scene_graph_ros.geometry.model.ids import GeometryId
+    from scene_graph_ros.sensing import CloudView, DepthRules, DepthView, SelfFilter
+
+__all__ = ["PATIENCE", "RefusedError", "SensorChannel"]
+
+PATIENCE = 500_000_000
+"""Nanoseconds after its stamp until which a message waits for poses and its lens."""
+
+_TOLERANT = 0.9
+"""Of the time between two messages: stamps jitter."""
+
+
+class RefusedError(SceneGraphError):
+    """A message with a fault of its own kind."""
+
+    def __init__(self, fault: Fault, detail: str) -> None:
+        super().__init__(detail)
+        self.fault = fault
+
+
+class Reading(Protocol):
+    """A message that was read."""
+
+    @property
+    def frame_id(self) -> str:
+        """The sensor's frame, "" where the message names none."""
+
+    @property
+    def stamp_ns(self) -> int:
+        """When it was taken, 0 for an unknown time."""
+
+
+R = TypeVar("R", bound=Reading)
+
+
+class _Verdict(enum.Enum):
+    """What became of a message."""
+
+    APPLIED = enum.auto()
+    WAITS = enum.auto()
+    DROPPED = enum.auto()
+
+
+@dataclass(eq=False, slots=True)
+class _Read(Kept):
+    """A message that was read, and waits."""
+
+    reading: Any
+    stamp: int
+
+
+class SensorChannel(BoundedChannel[SourceClouds], Generic[R]):
+    """The messages of one source. Between two updates the newest counts whose poses are there."""
+
+    queued = 4
+
+    def __init__(self, record: SourceRecord, intake: Intake, kind: Any, most_points: int) -> None:
+        """Keep ``most_points`` at most."""
+        super().__init__(record, intake, kind)
+        self._settings = record.sensor or AS_THEY_ARE
+        self._most_points = most_points
+
+    @abstractmethod
+    def _read_message(self, data: bytes) -> R:
+        """Read a message. Raises RefusedError, and MessageError."""
+
+    @abstractmethod
+    def _lack(self, reading: R, state: SensorState) -> tuple[Fault, str] | None:
+        """Return what has to come before a message counts. Raises RefusedError."""
+
+    @abstractmethod
+    def _view(
+        self,
+        reading: R,
+        state: SensorState,
+        X_WS: NDArray[np.float64],
+        rules: DepthRules,
+        own: SelfFilter,
+    ) -> DepthView | CloudView:
+        """Return a message as it is seen from a pose."""
+
+    def _said(self, reading: R) -> dict[str, int]:
+        """Return what diagnostics say of a message beside its points."""
+        return {}
+
+    def _make_room(self) -> None:
+        # The oldest is the one whose poses come first: were it dropped, none might ever count.
+        self._kept.pop()
+
+    def apply(self, kept: list[Kept], target: SourceClouds, limits: TimeLimits) -> int | None:
+        """Apply the newest message of a time that is known; return when it arrived, or None.
+
+        Newer ones wait, older ones are superseded.
+        """
+        waiting: list[Kept] = []
+        arrival = None
+        for older, one in zip(range(len(kept) - 1, -1, -1), reversed(kept), strict=True):
+            verdict, waits = self._try(one, target, limits)
+            if waits is not None:
+                waiting.insert(0, waits)
+            if verdict is _Verdict.APPLIED:
+                self.intake.statistics.superseded += older
+                arrival = one.arrival
+                break
+        with self._lock:
+            self._kept.extendleft(reversed(waiting))
+        return arrival
+
+    def _apply_one(self, kept: Kept, target: SourceClouds, limits: TimeLimits) -> int:
+        return int(self._try(kept, target, limits)[0] is _Verdict.APPLIED)
+
+    def _try(
+        self, kept: Kept, clouds: SourceClouds, limits: TimeLimits
+    ) -> tuple[_Verdict, Kept | None]:
+        """Apply a message, or return it to wait."""
+        name = ""
+        try:
+            if not isinstance(kept, _Read):
+                reading = self._read_message(kept.data)
+                # One without a stamp is of now, as other messages are.
+                stamp = reading.stamp_ns or limits.now
+                kept = _Read(b"", kept.arrival, kept.is_static, reading, stamp)
+            name = kept.reading.frame_id
+            used = limits.of_static() if kept.is_static else limits
+            verdict = self._look(kept.reading, kept.stamp, clouds, used)
+        except NoCloudError as error:
+            self.intake.fault(Fault.UNKNOWN_GEOMETRY, "", str(error))
+        except (UnknownIdError, NameConflictError) as error:
+            self.intake.fault(Fault.UNKNOWN_FRAME, name, str(error))
+        except RefusedError as error:
+            self.intake.fault(error.fault, "", str(error))
+        except SceneGraphError as error:
+            self.intake.fault(Fault.MALFORMED, "", str(error))
+        else:
+            return verdict, kept if verdict is _Verdict.WAITS else None
+        return _Verdict.DROPPED, None
+
+    def _look(self, reading: R, stamp: int, clouds: SourceClouds, limits: TimeLimits) -> _Verdict:
+        cloud, state = clouds.cloud(), clouds.sensors[self.record.name]
+        self._check_place(clouds, cloud)
+        late = limits.problem(stamp, stamp if state.stamp == UNSTAMPED else state.stamp)
+        if late is not None:
+            raise RefusedError(late[0], f"{self._a_message} {late[1]}")
+        if state.stamp != UNSTAMPED and stamp < state.stamp + int(
+            _TOLERANT * 1e9 / self._settings.rate
+        ):
+            self.intake.statistics.superseded += 1
+            return _Verdict.DROPPED
+        sensor = self._sensor_frame(reading.frame_id, clouds, cloud, state)
+        lack = self._lack(reading, state)
+        if lack is not None:
+            return self._wait(*lack, stamp, limits)
+        frame = clouds.inspector.get_frame_id(cloud)
+        try:
+            frames = (sensor.frame, frame, *state.filters[0].frames)
+            X_WF = state.surroundings.place(frames, stamp)
+        except NotYetError as error:
+            why = f"{self._a_message} waits in vain: {error}"
+            return self._wait(Fault.NO_POSES, why, stamp, limits)
+        except PastError as error:
+            why = f"{self._a_message} is too old to be placed: {error}"
+            raise RefusedError(Fault.NO_POSES, why) from error
+        X_WS = compose(X_WF[sensor.frame], sensor.X_FS)
+        clouds.seen, counts = state.look(
+            lambda rules, own: self._view(reading, state, X_WS, rules, own),
+            X_WF,
+            clouds.seen,
+            stamp,
+            clouds.inspector.get_shape(cloud).radius,
+            self._most_points,
+        )
+        clouds.see(cloud, compose(X_WF[frame], clouds.inspector.get_pose_in_frame(cloud)))
+        if counts.let_go:
+            self.intake.fault(
+                Fault.TOO_LARGE,
+                "",
+                f"more points were seen than max_points_per_cloud, {self._most_points}: the oldest"
+                f" {counts.let_go} are let go",
+            )
+        self.newest = {
+            "points": len(clouds.seen),
+            f"points of the newest {self._message}": counts.new,
+            "points cleared by it": counts.cleared,
+            "points seen again in it": counts.seen_again,
+            **self._said(reading),
+        }
+        self.intake.count(counts.new)
+        return _Verdict.APPLIED
+
+    _message = "message"
+
+    @property
+    def _a_message(self) -> str:
+        return f"a{'n' * (self._message[0] in 'aeiou')} {self._message}"
+
+    def _check_place(self, clouds: SourceClouds, cloud: GeometryId) -> None:
+        """Raise NoCloudError for a cloud that moves where points have to stay in the world."""
+        its = self._settings
+        if (its.remembers or its.fills) and not clouds.inspector.is_anchored(cloud):
+            raise NoCloudError(
+                f"cloud {quoted(clouds.inspector.get_name(cloud))} moves with a frame; images, and"
+                " sensors that remember, fill one that is anchored"
+            )
+
+    def _sensor_frame(
+        self, name: str, clouds: SourceClouds, cloud: GeometryId, state: SensorState
+    ) -> SensorFrame:
+        """Return the frame of the sensor. Raises UnknownIdError and NameConflictError."""
+        its = self._settings
+        if its.frame:
+            return SensorFrame(clouds.frame_named(its.frame), its.X_FS)
+        if name in state.surroundings.cameras:
+            return state.surroundings.cameras[name]
+        if not name:
+            raise UnknownIdError(
+                f"{self._a_message} has no frame_id, so nobody knows where its sensor is: send it,"
+                f" or name the frame in the scene file, sources: {self._key}: frame"
+            )
+        return SensorFrame(clouds.frame(name, cloud), its.X_FS)
+
+    _key = ""
+    """The settings' name in scene files."""
+
+    def _wait(self, fault: Fault, why: str, stamp: int, limits: TimeLimits) -> _Verdict:
+        """Have a message wait. Raises RefusedError for one that did so long enough."""
+        if limits.now <= 0 or limits.now - stamp <= PATIENCE:
+            return _Verdict.WAITS
+        raise RefusedError(fault, why)
