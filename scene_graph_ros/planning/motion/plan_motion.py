@@ -21,6 +21,7 @@ from scene_graph_ros.planning.parallel.stoppable import Turns
 from scene_graph_ros.planning.timing.timing_problem import (
     as_timed_path,
     position_excess,
+    rate_or_position_excess,
     TimedPath,
     TimingProblem,
 )
@@ -177,7 +178,7 @@ def _sampled(
         times = step * np.arange(spline.spans + 1)
         points = TrajectoryPoints(times, whole[0], whole[1], accelerations)
         trajectory = points.trajectory()
-        excess = position_excess(problem, trajectory)
+        excess = rate_or_position_excess(problem, trajectory)
         if excess is None:
             return points, trajectory
         if excess.kind == "position" or not excess.ratio < math.inf:

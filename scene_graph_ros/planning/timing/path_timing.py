@@ -20,6 +20,7 @@ from scene_graph_ros.planning.timing.timing_problem import (
     not_free,
     not_retimed,
     position_excess,
+    rate_or_position_excess,
     TimedPath,
     timing_problem,
     TimingFailure,
@@ -158,7 +159,7 @@ def _judged(problem: TimingProblem, points: TrajectoryPoints, stops: Stops) -> T
     """Return whether the curve through points is within limits and free."""
     own = points.of(problem.rows)
     trajectory = own.trajectory()
-    excess = position_excess(problem, trajectory)
+    excess = rate_or_position_excess(problem, trajectory)
     if excess is not None:
         return beyond_limit(problem, excess)
     proofs = problem.prove(trajectory.control_points, problem.checker.tolerance, stops.looking)

@@ -28,6 +28,7 @@ from scene_graph_ros.trajectories.motion_limits import (
     find_excess,
     LimitExcess,
     MotionLimits,
+    value_excess,
 )
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
 from scene_graph_ros.trajectories.retimer import Retimer, TimeOptimalRetimer
@@ -44,6 +45,7 @@ __all__ = [
     "not_free",
     "not_retimed",
     "position_excess",
+    "rate_or_position_excess",
     "timing_problem",
     "too_late",
 ]
@@ -190,8 +192,21 @@ def as_timeout(timeout: float | None) -> float | None:
     return patience
 
 
+def rate_or_position_excess(
+    problem: TimingProblem, trajectory: PiecewisePolynomial
+) -> LimitExcess | None:
+    """Return a trajectory's largest excess over a limit of any kind, or None."""
+    lower, upper = _position_limits(problem)
+    return find_excess(trajectory, problem.limits, lower=lower, upper=upper)
+
+
 def position_excess(problem: TimingProblem, trajectory: PiecewisePolynomial) -> LimitExcess | None:
-    """Return a trajectory's largest excess over a limit, of positions, too, or None.
+    """Return the largest excess over limits of positions, or None, where rates are known."""
+    return value_excess(trajectory, *_position_limits(problem))
+
+
+def _position_limits(problem: TimingProblem) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return limits ``(k,)`` of the positions that move.
 
     One that begins a little beyond its limits, as a start may, goes no farther.
     """
@@ -200,7 +215,7 @@ def position_excess(problem: TimingProblem, trajectory: PiecewisePolynomial) -> 
     slack = problem.start_tolerance + LIMIT_ROUNDING
     least = np.where(first >= lower - slack, np.minimum(lower, first), lower)
     most = np.where(first <= upper + slack, np.maximum(upper, first), upper)
-    return find_excess(trajectory, problem.limits, lower=least, upper=most)
+    return least, most
 
 
 def as_timed_path(
