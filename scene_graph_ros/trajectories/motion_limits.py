@@ -14,6 +14,7 @@ from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array, whole_array
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.located import suggestion
+from scene_graph_ros.trajectories.curve_kernels import write_hermite
 from scene_graph_ros.trajectories.errors import TrajectoryError
 from scene_graph_ros.trajectories.extremes import largest_ratios
 from scene_graph_ros.trajectories.extremes_kernels import largest_rate
@@ -21,7 +22,14 @@ from scene_graph_ros.trajectories.limit_rounding import LIMIT_ROUNDING, RATE_ROU
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
 from scene_graph_ros.trajectories.polynomials_of import Polynomials, polynomials_of
 
-__all__ = ["LimitExcess", "MotionLimits", "find_excess", "value_excess", "worst_ratio"]
+__all__ = [
+    "LimitExcess",
+    "MotionLimits",
+    "find_excess",
+    "value_excess",
+    "worst_ratio",
+    "worst_ratio_of",
+]
 
 
 @one_line()
@@ -237,10 +245,30 @@ def _limit(name: str, given: ArrayLike | None, size: int) -> NDArray[np.float64]
 
 def worst_ratio(trajectory: PiecewisePolynomial, limits: MotionLimits) -> LimitExcess:
     """Return the velocity, acceleration or jerk that is largest in units of its limit."""
+    return _worst(trajectory.breaks, np.array(trajectory.control_points), limits)
+
+
+def worst_ratio_of(
+    times: NDArray[np.float64],
+    q: NDArray[np.float64],
+    v: NDArray[np.float64],
+    a: NDArray[np.float64] | None,
+    limits: MotionLimits,
+) -> LimitExcess:
+    """Return it of the curve that `TrajectoryPoints` have, with states ``(m, n)`` at ``times``."""
+    control = np.empty((len(times) - 1, 4 if a is None else 6, q.shape[1]))
+    write_hermite(times, q, v, v if a is None else a, control)
+    times.setflags(write=False)  # As the breaks of curves are.
+    return _worst(times, control, limits)
+
+
+def _worst(
+    breaks: NDArray[np.float64], control: NDArray[np.float64], limits: MotionLimits
+) -> LimitExcess:
+    """Return it of polynomials, whose control points are written over."""
     given = (limits.velocities, limits.accelerations, limits.jerks)
     most = np.stack([each for each in given if each is not None])
-    points = np.array(trajectory.control_points)
-    order, row, ratio, time = largest_rate(trajectory.breaks, points, most)
+    order, row, ratio, time = largest_rate(breaks, control, most)
     limit = float(most[order - 1, row])
     return LimitExcess(_KINDS[order - 1], row, ratio * limit, limit, time)
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.planning.edges.edge_stretches import FREE
-from scene_graph_ros.planning.parallel.stoppable import Stops
+from scene_graph_ros.planning.parallel.stoppable import Turns
 from scene_graph_ros.planning.timing.timing_problem import TimingProblem
 from scene_graph_ros.trajectories.corners import CornerPath
 from scene_graph_ros.trajectories.even_waypoints import even_points
@@ -78,16 +78,16 @@ class RoundedPath:
         """How many there are."""
         return len(self._corners.points)
 
-    def prove_sizes(self, stops: Stops) -> None:
+    def prove_sizes(self, turns: Turns) -> None:
         """Round each corner as far as that is proven free, by halves."""
         if self._curve is not None:
             return
         tolerance = _KEPT * self._problem.checker.tolerance
         untried = self._sizes.max(axis=1) > 0.0
-        while untried.any() and stops.looking[0] == 0:
+        while untried.any() and turns.stops.looking[0] == 0:
             curves, owners = self._corners.rounded_corners(self._sizes)
             tried = untried[owners]
-            proofs = self._problem.prove(curves[tried], tolerance, stops.looking)
+            proofs = self._problem.prove(curves[tried], turns, tolerance=tolerance, may_wait=True)
             untried[:] = False
             untried[owners[tried][proofs.statuses != FREE]] = True
             self._halve(untried)

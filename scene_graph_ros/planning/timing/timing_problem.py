@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 import enum
 import math
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,8 +18,9 @@ from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisi
 from scene_graph_ros.planning.checker.path_ends import pair_words
 from scene_graph_ros.planning.edges.curves import turning_quaternions
 from scene_graph_ros.planning.edges.edge_proofs import EdgeProofs, prove
-from scene_graph_ros.planning.edges.edge_stretches import EdgeRules, FREE
+from scene_graph_ros.planning.edges.edge_stretches import EdgeRules, FREE, UNFINISHED
 from scene_graph_ros.planning.pairs.check_kernels import NO_PAIR
+from scene_graph_ros.planning.parallel.stoppable import Turns
 from scene_graph_ros.planning.paths.planned_path import Plan
 from scene_graph_ros.planning.plan_failure import PlanFailure
 from scene_graph_ros.trajectories.errors import TrajectoryError
@@ -41,6 +43,7 @@ __all__ = [
     "as_timed_path",
     "as_timeout",
     "beyond_limit",
+    "in_turns",
     "no_path",
     "not_free",
     "not_retimed",
@@ -49,6 +52,12 @@ __all__ = [
     "timing_problem",
     "too_late",
 ]
+
+
+_LONG = 32
+"""Edges or segments: what has more is timed in a thread of its own, as that may take long."""
+
+_Answer = TypeVar("_Answer")
 
 
 class TimingFailure(enum.Enum):
@@ -131,11 +140,29 @@ class TimingProblem(NamedTuple):
         return result
 
     def prove(
-        self, points: NDArray[np.float64], tolerance: float, stop: NDArray[np.int64]
+        self,
+        points: NDArray[np.float64],
+        turns: Turns,
+        *,
+        tolerance: float | None = None,
+        may_wait: bool = False,
     ) -> EdgeProofs:
-        """Prove curves by their control points ``(n, m, k)``."""
-        rules = EdgeRules(measures=False, part=0.5, tolerance=tolerance)
-        return prove(self.checker.plan, self.whole(points), rules, stop=stop)
+        """Prove curves by their control points ``(n, m, k)``, with the checker's tolerance (m).
+
+        When the time is over, there is still a little for them, unless they ``may_wait``.
+        """
+        own = self.checker.tolerance if tolerance is None else tolerance
+        rules = EdgeRules(measures=False, part=0.5, tolerance=own)
+        stop = turns.stops.looking if may_wait else turns.stops.proving
+
+        def proofs() -> EdgeProofs:
+            return prove(self.checker.plan, self.whole(points), rules, stop=stop)
+
+        proven = proofs()
+        turns.pause()
+        if (proven.statuses == UNFINISHED).any():
+            proven = turns.beside(proofs)
+        return proven
 
 
 def timing_problem(
@@ -198,6 +225,17 @@ def rate_or_position_excess(
     """Return a trajectory's largest excess over a limit of any kind, or None."""
     lower, upper = _position_limits(problem)
     return find_excess(trajectory, problem.limits, lower=lower, upper=upper)
+
+
+def in_turns(
+    job: Callable[[Turns], _Answer],
+    count: int,
+    timeout: float | None,
+    watch: Callable[[], None] | None,
+) -> _Answer:
+    """Return the answer of a job on a path of ``count`` edges, which must look at its turns."""
+    turns = Turns(as_timeout(timeout), watch or (lambda: None))
+    return job(turns) if count <= _LONG else turns.beside(lambda: job(turns))
 
 
 def position_excess(problem: TimingProblem, trajectory: PiecewisePolynomial) -> LimitExcess | None:
