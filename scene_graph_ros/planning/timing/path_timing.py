@@ -191,8 +191,9 @@ def _along(problem: TimingProblem, rounded: RoundedPath, turns: Turns) -> TimedP
     """Return the trajectory along a path whose corners are rounded as far as it is free."""
     if rounded.num_points == 1:
         return _at_rest(problem, rounded.points, turns)
-    if not problem.retimer.stops_at_corners:
-        rounded.prove_sizes(turns)
+    is_proven = problem.retimer.stops_at_corners
+    if not is_proven:
+        rounded.sample_sizes(turns)
     while True:
         curve, ends = rounded.curve()
         sampled = sample_along(
@@ -211,6 +212,10 @@ def _along(problem: TimingProblem, rounded: RoundedPath, turns: Turns) -> TimedP
             return as_timed_path(problem, sampled.points, trajectory, proofs, rounded.passed())
         if turns.stops.looking[0] != 0:
             return too_late()
+        if not is_proven:
+            is_proven = True
+            if rounded.prove_sizes(turns):
+                continue
         times = [] if excess is None else [excess.time]
         bad = np.flatnonzero(proofs.statuses != FREE)
         times += (0.5 * (trajectory.breaks[bad] + trajectory.breaks[bad + 1])).tolist()
