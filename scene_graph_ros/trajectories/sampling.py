@@ -40,6 +40,12 @@ first; then twice as much each time."""
 _ROUNDS = 30
 """How often a trajectory is slowed down."""
 
+_EXCESS = 5e-4
+"""Of a limit: by how much a cubic between two points may exceed it before all is slowed down."""
+
+_PARTS = 16
+"""Of the time between two points whose cubic is faster than that, at most."""
+
 _LONGEST = 1e9
 """s: what takes longer has no time in a message."""
 
@@ -103,7 +109,8 @@ def slowed(
         states = states_at(nanoseconds, factor)
         if not (np.diff(nanoseconds) > 0).all():
             break
-        worst = worst_ratio_of(nanoseconds * 1e-9, *states, limits)
+        seconds: NDArray[np.float64] = nanoseconds * 1e-9
+        worst = worst_ratio_of(seconds, *states, limits)
         if worst.ratio <= 1.0 + RATE_ROUNDING:
             points = TrajectoryPoints(nanoseconds, *states)
             return Sampled(points, None, factor, motion_of, rise_time)
@@ -148,8 +155,40 @@ def sample(
     def states(nanoseconds: NDArray[np.int64], factor: float) -> States:
         return _states(motion, nanoseconds, factor, rise_time, with_accelerations, ends)
 
+    if rise_time == 0.0 and not with_accelerations:
+        times = _denser(times, states(np.rint(times * 1e9).astype(np.int64), 1.0), limits)
+        factor = max(1.0, SHORTEST / float(np.diff(times).min()))
     rounds = _ROUNDS if ends.is_rest else 1
     return slowed(times, states, limits, lambda: motion, factor, rise_time, rounds=rounds)
+
+
+def _denser(
+    times: NDArray[np.float64], states: States, limits: MotionLimits
+) -> NDArray[np.float64]:
+    """Return times ``(m,)`` with more between those whose cubics are too fast, by states there.
+
+    By as much as accelerations of a cubic are linear where the motion's are not; with half the
+    time between points that is a quarter.
+    """
+    q, v, _ = states
+    steps = np.diff(times)
+    h = steps[:, np.newaxis]
+    means, before, after = np.diff(q, axis=0) / h, v[:-1], v[1:]
+    middles = 1.5 * means - 0.25 * (before + after)
+    starts = (6.0 * means - 4.0 * before - 2.0 * after) / h
+    ends = (2.0 * before + 4.0 * after - 6.0 * means) / h
+    rates = np.abs(middles) / limits.velocities
+    changes = np.maximum(np.abs(starts), np.abs(ends)) / limits.accelerations
+    excess = np.maximum(rates, changes).max(axis=1) - 1.0
+    parts = np.ceil(np.sqrt(excess.clip(0.0, 1.0) / _EXCESS)).clip(1.0, _PARTS)
+    parts = np.minimum(parts, np.maximum(steps // SHORTEST, 1.0)).astype(np.int64)
+    if (parts == 1).all():
+        return times
+    inner = [
+        np.linspace(low, high, count, endpoint=False)
+        for low, high, count in zip(times[:-1], times[1:], parts, strict=True)
+    ]
+    return np.concatenate([*inner, times[-1:]])
 
 
 def _with_rests(

@@ -81,7 +81,7 @@ def time_path(
     along the first and the last edge take it off these, and accelerations need limits of jerk.
 
     ``retimer`` names the method that finds the speed along the path. ``"time_optimal"`` is our
-    own, whose ``grid_points`` (default 16) are stretches of each corner with one speedup each:
+    own, whose ``grid_points`` (default 32) are stretches of each corner with one speedup each:
     more are faster, and take longer to find. ``"toppra"`` and ``"ruckig"`` are others, or a
     `ToppraRetimer` or `RuckigRetimer` with options; their motions are checked and proven as ours
     are. ``start_tolerance`` (rad or m), ``timeout`` (s) and ``watch`` are as of `plan_path`. A

@@ -51,6 +51,7 @@ __all__ = [
     "rate_or_position_excess",
     "timing_problem",
     "too_late",
+    "too_many_points",
 ]
 
 
@@ -73,6 +74,8 @@ class TimingFailure(enum.Enum):
     """The retimer that was asked for found none."""
     NO_PATH = 5
     """There is no path: the `Plan` says why."""
+    TOO_MANY_POINTS = 6
+    """It has more points than asked for, and with fewer it would be another one."""
 
 
 @one_line()
@@ -85,7 +88,8 @@ class TimedPath:
     paddings, at all times from point ``free_from`` on: 0, unless it leads out of a collision.
     ``stops`` is at how many corners of the path the robots come to rest,
     ``rounded`` how many they round. ``failure`` and ``reason`` say why there is none. ``plan`` is
-    the `Plan` that was looked for first, where `plan_trajectory` was asked.
+    the `Plan` that was looked for first, where `plan_trajectory` was asked. ``thinned_by`` (rad or
+    m) is how far from the trajectory it was thinned of it is at most.
     """
 
     points: TrajectoryPoints | None
@@ -97,6 +101,7 @@ class TimedPath:
     reason: str | None
     free_from: int = 0
     plan: Plan | None = None
+    thinned_by: float = 0.0
 
     @property
     def is_success(self) -> bool:
@@ -324,6 +329,11 @@ def no_path(plan: Plan) -> TimedPath:
     is_late = plan.failure is PlanFailure.TIMEOUT
     kind = TimingFailure.TIMEOUT if is_late else TimingFailure.NO_PATH
     return replace(_failed(kind, plan.reason or ""), plan=plan)
+
+
+def too_many_points(words: str) -> TimedPath:
+    """Return that there is none of so few points."""
+    return _failed(TimingFailure.TOO_MANY_POINTS, words)
 
 
 def too_late() -> TimedPath:
