@@ -155,7 +155,7 @@ def sample(
     def states(nanoseconds: NDArray[np.int64], factor: float) -> States:
         return _states(motion, nanoseconds, factor, rise_time, with_accelerations, ends)
 
-    if rise_time == 0.0 and not with_accelerations:
+    if rise_time == 0.0 and not with_accelerations and times[-1] <= _LONGEST:
         times = _denser(times, states(np.rint(times * 1e9).astype(np.int64), 1.0), limits)
         factor = max(1.0, SHORTEST / float(np.diff(times).min()))
     rounds = _ROUNDS if ends.is_rest else 1
