@@ -109,7 +109,7 @@ def slowed(
         states = states_at(nanoseconds, factor)
         if not (np.diff(nanoseconds) > 0).all():
             break
-        seconds: NDArray[np.float64] = nanoseconds * 1e-9
+        seconds = nanoseconds.astype(np.float64) * 1e-9
         worst = worst_ratio_of(seconds, *states, limits)
         if worst.ratio <= 1.0 + RATE_ROUNDING:
             points = TrajectoryPoints(nanoseconds, *states)

@@ -136,7 +136,7 @@ def _slowed(
 ) -> tuple[TrajectoryPoints, LimitExcess | None]:
     """Return the points that are kept, so much slower that these are within the limits."""
     q = points.positions[kept]
-    times: NDArray[np.float64] = points.nanoseconds[kept] * 1e-9
+    times = points.nanoseconds[kept].astype(np.float64) * 1e-9
     v = np.zeros_like(q) if points.velocities is None else points.velocities[kept]
     a = None if points.accelerations is None else points.accelerations[kept]
 
