@@ -152,6 +152,7 @@ if TYPE_CHECKING:
     from scene_graph_ros.planning.straight.straight_planner import plan_straight
     from scene_graph_ros.planning.timing.curve_timing import time_curve
     from scene_graph_ros.planning.timing.path_timing import prove_trajectory, time_path
+    from scene_graph_ros.planning.timing.thinning import thin_trajectory
     from scene_graph_ros.planning.timing.timing_problem import TimedPath, TimingFailure
     from scene_graph_ros.planning.velocities.errors import SafeVelocityError
     from scene_graph_ros.planning.velocities.safe_step import DistantPair, SafeStep
@@ -276,6 +277,7 @@ __all__ = [
     "region_around",
     "regions_along",
     "regions_around",
+    "thin_trajectory",
     "time_curve",
     "time_path",
     "visibility_graph",

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scene_graph_ros.trajectories.hermite_segments import hermite_segments, straight_segments_of
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
 
-__all__ = ["CornerPath", "MovingEnd"]
+__all__ = ["CornerPath", "MovingEnd", "PathPieces"]
 
 Array = NDArray[np.float64]
 
@@ -105,38 +105,20 @@ class CornerPath:
             sizes *= np.minimum(part, 1.0)[:, np.newaxis]
         return sizes
 
-    def rounded_corners(self, sizes: Array) -> tuple[Array, NDArray[np.intp]]:
-        """Return the control points ``(m, 4, k)`` of the cubics around corners, and of which.
-
-        They touch both edges ``sizes`` ``(c, 2)`` away from the corner, along which the path's
-        length is the parameter of both; so the direction does not jump. As long before as after
-        they are parabolas. A corner that is passed exactly has two.
-        """
-        pieces = self._pieces(sizes)
-        around = np.flatnonzero(pieces.corners >= 0)
-        return pieces.control_points(_ROUND, around), pieces.corners[around]
-
     def rounded(self, sizes: Array, *, is_smooth: bool = False) -> PiecewisePolynomial:
         """Return the path q(s) with its corners rounded; one whose size is 0 stays.
+
+        Cubics touch both edges ``sizes`` ``(c, 2)`` away from the corner, along which the path's
+        length is the parameter of both; so the direction does not jump. As long before as after
+        they are parabolas. A corner that is passed exactly has two.
 
         Where ``is_smooth``, q'' and q''' go on, too: q'' is 0 along straight edges. Where two
         rounded corners meet in the middle of an edge it is the smaller one of both, if they have
         one sign; so points that are dense on a curve make a curve that bends as evenly.
         """
-        pieces = self._pieces(sizes)
-        degree = _SMOOTH if is_smooth else _ROUND
-        everything = np.arange(len(pieces.lengths))
-        breaks = np.concatenate([[0.0], pieces.lengths.cumsum()])
-        return PiecewisePolynomial(breaks, pieces.control_points(degree, everything))
+        return self.pieces(sizes).curve(is_smooth=is_smooth)
 
-    def corner_at(self, sizes: Array, s: float) -> int:
-        """Return the index of the rounded corner nearest to a parameter s on that path."""
-        pieces = self._pieces(sizes)
-        middles = pieces.lengths.cumsum() - 0.5 * pieces.lengths
-        away = np.where(pieces.corners >= 0, np.abs(middles - s), np.inf)
-        return int(pieces.corners[np.argmin(away)])
-
-    def _pieces(self, sizes: Array) -> _Pieces:
+    def pieces(self, sizes: Array) -> PathPieces:
         """Return straight edges, or their remainders, and curves around corners, in turn."""
         count, k = len(self.lengths), self.points.shape[1]
         before, after = np.zeros(count), np.zeros(count)  # what corners take off each edge
@@ -170,7 +152,9 @@ class CornerPath:
         corners = np.full((count, 3), -1)
         corners[:, 1:] = np.arange(count)[:, np.newaxis]
         kept = lengths.ravel() > 0.0
-        return _Pieces(lengths.ravel()[kept], sides.reshape(-1, 6, k)[kept], corners.ravel()[kept])
+        return PathPieces(
+            lengths.ravel()[kept], sides.reshape(-1, 6, k)[kept], corners.ravel()[kept]
+        )
 
     def _bends(self, sizes: Array, left: Array) -> Array:
         """Return q'' ``(e, k)`` in the middle of each edge, where two rounded corners meet."""
@@ -193,7 +177,7 @@ class CornerPath:
             sides[-1, 0, 4:6] = self.end
 
 
-class _Pieces(NamedTuple):
+class PathPieces(NamedTuple):
     """The pieces of a path, in turn."""
 
     lengths: Array
@@ -203,13 +187,26 @@ class _Pieces(NamedTuple):
     corners: NDArray[np.intp]
     """``(p,)``: around which corner, -1 for edges."""
 
-    def control_points(self, degree: int, chosen: NDArray[np.intp]) -> Array:
+    def curve(self, *, is_smooth: bool) -> PiecewisePolynomial:
+        """Return the path; see `CornerPath.rounded`."""
+        breaks = np.concatenate([[0.0], self.lengths.cumsum()])
+        chosen = np.arange(len(self.lengths))
+        return PiecewisePolynomial(breaks, self.control_points(chosen, is_smooth=is_smooth))
+
+    def control_points(self, chosen: NDArray[np.intp], *, is_smooth: bool) -> Array:
         """Return control points ``(m, degree + 1, k)`` of some pieces."""
+        degree = _SMOOTH if is_smooth else _ROUND
         lengths, sides = self.lengths[chosen], self.sides[chosen]
         result = hermite_segments(lengths, sides, degree)
         straight = (sides[:, 1] == sides[:, 4]).all(axis=1) & ~sides[:, 2::3].any(axis=(1, 2))
         result[straight] = straight_segments_of(sides[straight, 0], sides[straight, 3], degree)
         return result
+
+    def corner_at(self, s: float) -> int:
+        """Return the index of the rounded corner nearest to a parameter s on the path."""
+        middles = self.lengths.cumsum() - 0.5 * self.lengths
+        away = np.where(self.corners >= 0, np.abs(middles - s), np.inf)
+        return int(self.corners[np.argmin(away)])
 
 
 def _apart(q: Array, units: Array) -> NDArray[np.intp]:

@@ -1,10 +1,10 @@
-"""Values of piecewise polynomials and of three derivatives at once, compiled."""
+"""Piecewise polynomials, their values, and those through values and derivatives, compiled."""
 
 import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import kernel
 
-__all__ = ["write_derivatives"]
+__all__ = ["write_derivatives", "write_hermite"]
 
 
 @kernel
@@ -41,3 +41,25 @@ def write_derivatives(breaks, control, s, out):
             a, b = y * a + x * b, y * b + x * c
             out[1, i, j] = one * (b - a)
             out[0, i, j] = y * a + x * b
+
+
+@kernel
+def write_hermite(breaks, q, v, a, control):
+    """Write control points ``(p, d, n)`` of polynomials by their values ``(p + 1, n)`` at breaks.
+
+    Cubics, for d = 4, have values q and derivatives v there; quintics second derivatives a, too.
+    """
+    count, d, n = control.shape
+    for k in range(count):
+        h = breaks[k + 1] - breaks[k]
+        for j in range(n):
+            control[k, 0, j], control[k, d - 1, j] = q[k, j], q[k + 1, j]
+            if d == 4:
+                third = h / 3.0
+                control[k, 1, j] = q[k, j] + third * v[k, j]
+                control[k, 2, j] = q[k + 1, j] - third * v[k + 1, j]
+                continue
+            control[k, 1, j] = q[k, j] + 0.2 * h * v[k, j]
+            control[k, 2, j] = q[k, j] + h * (0.4 * v[k, j] + 0.05 * h * a[k, j])
+            control[k, 3, j] = q[k + 1, j] - h * (0.4 * v[k + 1, j] - 0.05 * h * a[k + 1, j])
+            control[k, 4, j] = q[k + 1, j] - 0.2 * h * v[k + 1, j]

@@ -1,10 +1,10 @@
-"""The largest values of polynomials in Bernstein's basis, compiled: branch and bound."""
+"""The largest values and rates of polynomials in Bernstein's basis: branch and bound."""
 
 import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, kernel
 
-__all__ = ["largest_of_rows"]
+__all__ = ["largest_of_rows", "largest_rate"]
 
 _ENOUGH = 1e-12
 """Of a limit, or of the maximum: a bound that is so near to a value that is taken will do."""
@@ -12,12 +12,17 @@ _ENOUGH = 1e-12
 _MOST_CUTS = 60
 """Halves of halves of a segment; then its two ends are one number."""
 
+_JUMP = 1e-9
+"""Of the limit of an acceleration: smaller jumps are none."""
+
+_ROUNDING = 100.0 * np.finfo(np.float64).eps
+"""Of positions: what their rounding changes second differences by."""
+
 
 @inlined_kernel
-def _largest_end(control, row, upper, lower, breaks):
+def _largest_end(control, last, row, upper, lower, breaks):
     """Return the largest ratio of a row at ends of segments, and its time."""
     top, at = -np.inf, breaks[0]
-    last = control.shape[1] - 1
     for limit in (upper, lower):
         for k in range(control.shape[0]):
             if control[k, 0, row] / limit > top:
@@ -28,9 +33,8 @@ def _largest_end(control, row, upper, lower, breaks):
 
 
 @inlined_kernel
-def _cut(points, right):
+def _cut(points, d, right):
     """Write the halves of a polynomial: the left one in its place (de Casteljau)."""
-    d = len(points)
     right[d - 1] = points[d - 1]
     for step in range(1, d):
         for i in range(d - 1, step - 1, -1):
@@ -39,10 +43,9 @@ def _cut(points, right):
 
 
 @inlined_kernel
-def _largest_inside(stack, ends, depths, top, at):
+def _largest_inside(stack, last, ends, depths, top, at):
     """Return the largest value of the polynomial on a stack and its time, and a bound of it."""
     bound, size = -np.inf, 1
-    last = stack.shape[1] - 1
     while size > 0:
         size -= 1
         points, low, high, depth = stack[size], ends[size, 0], ends[size, 1], depths[size]
@@ -56,12 +59,36 @@ def _largest_inside(stack, ends, depths, top, at):
         if hull <= top + _ENOUGH * max(top, 1.0) or depth == _MOST_CUTS:
             bound = max(bound, hull)
             continue
-        _cut(points, stack[size + 1])
+        _cut(points, last + 1, stack[size + 1])
         middle = 0.5 * (low + high)
         ends[size, 1], ends[size + 1, 0], ends[size + 1, 1] = middle, middle, high
         depths[size], depths[size + 1] = depth + 1, depth + 1
         size += 2
     return top, at, bound
+
+
+@inlined_kernel
+def _largest_of_row(breaks, control, d, row, lower, upper, scratch):
+    """Return the largest ratio of a row that is taken, its bound, and its time.
+
+    Only the first ``d`` control points of each segment count.
+    """
+    stack, ends, depths = scratch
+    top, at = _largest_end(control, d - 1, row, upper, lower, breaks)
+    bound = -np.inf
+    for limit in (upper, lower):
+        for k in range(control.shape[0]):
+            hull = -np.inf
+            for i in range(d):
+                stack[0, i] = control[k, i, row] / limit
+                hull = max(hull, stack[0, i])
+            if hull <= top + _ENOUGH * max(top, 1.0):
+                bound = max(bound, hull)
+                continue
+            ends[0, 0], ends[0, 1], depths[0] = breaks[k], breaks[k + 1], 0
+            top, at, inside = _largest_inside(stack, d - 1, ends, depths, top, at)
+            bound = max(bound, inside)
+    return top, max(bound, top), at
 
 
 @kernel
@@ -72,18 +99,68 @@ def largest_of_rows(breaks, control, lower, upper, best, bounds, times):
     segment is in the hull of these; one that may hold the largest ratio is cut in halves (Farin,
     *Curves and Surfaces for CAGD*, 2002, section 5.4) until that is known.
     """
-    count, d, n = control.shape
-    stack = np.empty((_MOST_CUTS + 2, d))
-    ends = np.empty((_MOST_CUTS + 2, 2))
-    depths = np.empty(_MOST_CUTS + 2, dtype=np.int64)
+    d, n = control.shape[1:]
+    stack, ends = np.empty((_MOST_CUTS + 2, d)), np.empty((_MOST_CUTS + 2, 2))
+    scratch = stack, ends, np.empty(_MOST_CUTS + 2, dtype=np.int64)
     for row in range(n):
-        top, at = _largest_end(control, row, upper[row], lower[row], breaks)
-        bound = -np.inf
-        for limit in (upper[row], lower[row]):
-            for k in range(count):
-                for i in range(d):
-                    stack[0, i] = control[k, i, row] / limit
-                ends[0, 0], ends[0, 1], depths[0] = breaks[k], breaks[k + 1], 0
-                top, at, inside = _largest_inside(stack, ends, depths, top, at)
-                bound = max(bound, inside)
-        best[row], bounds[row], times[row] = top, max(bound, top), at
+        best[row], bounds[row], times[row] = _largest_of_row(
+            breaks, control, d, row, lower[row], upper[row], scratch
+        )
+
+
+@inlined_kernel
+def _differentiate(breaks, control, d):
+    """Write control points of the derivative over those of a curve; return how many there are."""
+    count, _, n = control.shape
+    degree = d - 1
+    for k in range(count):
+        width = breaks[k + 1] - breaks[k]
+        for i in range(max(degree, 1)):
+            for j in range(n):
+                change = control[k, i + 1, j] - control[k, i, j] if degree else 0.0
+                control[k, i, j] = degree * change / width
+    return max(degree, 1)
+
+
+@inlined_kernel
+def _largest_jump(breaks, control, d, sizes, limits):
+    """Return the largest jump between segments, by its limit, its row and its segment."""
+    most, row, at = -np.inf, 0, 0
+    for k in range(1, control.shape[0]):
+        step = min(breaks[k + 1] - breaks[k], breaks[k] - breaks[k - 1])
+        for j in range(control.shape[2]):
+            jump = abs(control[k, 0, j] - control[k - 1, d - 1, j])
+            jump = (jump - _ROUNDING * sizes[j] / (step * step)) / limits[j]
+            if jump > most:
+                most, row, at = jump, j, k
+    return most, row, at
+
+
+@kernel
+def largest_rate(breaks, control, limits):
+    """Return the rate that is largest by its limit: order, row, bound of the ratio, and time.
+
+    ``limits`` ``(m, n)`` are of the first m derivatives, 2 or 3. Where there is one of the third,
+    and the second jumps, the ratio of the third is infinite. ``control`` is written over.
+    """
+    d, n = control.shape[1:]
+    stack, ends = np.empty((_MOST_CUTS + 2, d)), np.empty((_MOST_CUTS + 2, 2))
+    scratch = stack, ends, np.empty(_MOST_CUTS + 2, dtype=np.int64)
+    sizes = np.zeros(n)
+    for k in range(control.shape[0]):
+        for i in range(d):
+            for j in range(n):
+                sizes[j] = max(sizes[j], abs(control[k, i, j]))
+    order, row, ratio, time = 0, 0, -np.inf, breaks[0]
+    for each in range(len(limits)):
+        if each == 2:
+            most, j, k = _largest_jump(breaks, control, d, sizes, limits[1])
+            if most > _JUMP:
+                return 3, j, np.inf, breaks[k]
+        d = _differentiate(breaks, control, d)
+        for j in range(n):
+            limit = limits[each, j]
+            _, bound, at = _largest_of_row(breaks, control, d, j, -limit, limit, scratch)
+            if bound > ratio:
+                order, row, ratio, time = each + 1, j, bound, at
+    return order, row, ratio, time

@@ -11,7 +11,7 @@ from scene_graph_ros.trajectories.derivatives_of import derivatives_of
 from scene_graph_ros.trajectories.errors import RetimingError
 from scene_graph_ros.trajectories.motion_limits import MotionLimits
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
-from scene_graph_ros.trajectories.segment_lookup import segments_at
+from scene_graph_ros.trajectories.state_kernels import write_averaged, write_evened
 
 __all__ = ["PathStates", "guessed_motion"]
 
@@ -63,12 +63,10 @@ class PathStates(NamedTuple):
 
     def evened(self, count: int | None = None) -> PathStates:
         """Return states at as many nodes evenly apart in time, on the quintics between these."""
-        times = np.linspace(0.0, self.times[-1], (count or len(self.s) - 1) + 1)
-        rows = list(derivatives_of(self.scaling(), times)[:3, :, 0])
-        for row, own in zip(rows, (self.s, self.speed, self.acceleration), strict=True):
-            row[[0, -1]] = own[[0, -1]]
-        rows[0] = np.maximum.accumulate(rows[0].clip(self.s[0], self.s[-1]))
-        return PathStates(times, *rows)
+        m = (count or len(self.s) - 1) + 1
+        rows = np.empty((3, m))
+        write_evened(PathStates(*map(np.ascontiguousarray, self)), rows)
+        return PathStates(np.linspace(0.0, self.times[-1], m), *rows)
 
     def scaling(self) -> PiecewisePolynomial:
         """Return s by time."""
@@ -96,16 +94,19 @@ def guessed_motion(
     count = int(fineness * np.clip(_RISES * duration / rise, _FEWEST, max(count, _FEWEST)))
     count = int(np.clip(count, _LEAST, max(duration / _SHORTEST, _LEAST)))
     ramp = max(_RAMP, 2.0 / count) * duration
-    states = _averaged(s, times, ramp, count)
-    if any(start) or any(end):
-        # What must not change at an end can't be slowed down, so the rest is within the limits.
-        states = _within(path, states, limits)
-        with np.errstate(over="ignore"):
-            largest = float((limits.jerks / _largest_rates(path)).min())
-        if any(start):
-            states = _eased(states, start, largest)
-        if any(end):
-            states = _reversed(_eased(_reversed(states), (end[0], -end[1]), largest))
+    rows = np.empty((3, count + 1))
+    write_averaged(s, times, ramp, rows)
+    states = PathStates(np.linspace(0.0, duration + 2.0 * ramp, count + 1), *rows)
+    if not (any(start) or any(end)):
+        return states
+    # What must not change at an end can't be slowed down, so the rest is within the limits.
+    states = _within(path, states, limits)
+    with np.errstate(over="ignore"):
+        largest = float((limits.jerks / _largest_rates(path)).min())
+    if any(start):
+        states = _eased(states, start, largest)
+    if any(end):
+        states = _reversed(_eased(_reversed(states), (end[0], -end[1]), largest))
     return states.evened(count)
 
 
@@ -126,41 +127,6 @@ def _uneven(path: PiecewisePolynomial, limits: MotionLimits) -> tuple[Array, Arr
             ),
         )
     return s, np.concatenate([[0.0], (np.diff(s) / speeds).cumsum()])
-
-
-def _averaged(s: Array, times: Array, ramp: float, count: int) -> PathStates:
-    """Return states of the mean of a motion over twice a ``ramp``: a B-spline's, of degree 1.
-
-    It is at rest before and after; its mean's derivatives are differences of its integrals.
-    """
-    last = float(times[-1])
-    t = np.linspace(-ramp, last + ramp, count + 1)
-    steps = np.diff(times)
-    once = np.concatenate([[0.0], (0.5 * steps * (s[1:] + s[:-1])).cumsum()])
-    # Between two places s is even: its integrals are parabolas and cubics.
-    twice = np.concatenate(
-        [[0.0], (steps * once[:-1] + steps**2 * (2.0 * s[:-1] + s[1:]) / 6.0).cumsum()]
-    )
-
-    def values(at: Array) -> tuple[Array, Array, Array]:
-        inside = at.clip(0.0, last)
-        k = segments_at(times, inside)
-        x = inside - times[k]
-        slope = (s[k + 1] - s[k]) / steps[k]
-        own = s[k] + slope * x
-        first = once[k] + x * (s[k] + 0.5 * slope * x)
-        second = twice[k] + x * (once[k] + x * (0.5 * s[k] + slope * x / 6.0))
-        beyond = at - inside
-        return own, first + beyond * own, second + beyond * (first + 0.5 * beyond * own)
-
-    before, now, after = values(t - ramp), values(t), values(t + ramp)
-    acceleration, speed, place = (
-        (a - 2.0 * b + c) / ramp**2 for a, b, c in zip(before, now, after, strict=True)
-    )
-    place[0], place[-1] = s[0], s[-1]
-    place = np.maximum.accumulate(place.clip(s[0], s[-1]))
-    speed[[0, -1]] = acceleration[[0, -1]] = 0.0
-    return PathStates(t + ramp, place, np.maximum(speed, 0.0), acceleration)
 
 
 def _within(path: PiecewisePolynomial, states: PathStates, limits: MotionLimits) -> PathStates:

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.trajectories.derivatives_of import derivatives_of
+from scene_graph_ros.trajectories.derivatives_of import LEAST_DEGREE
 from scene_graph_ros.trajectories.guessed_motion import PathStates
 from scene_graph_ros.trajectories.jerk_limited_motion import fastest_states
 from scene_graph_ros.trajectories.motion_ends import AT_REST, MotionEnds
@@ -16,9 +16,9 @@ from scene_graph_ros.trajectories.path_parameterized_trajectory import (
     PathParameterizedTrajectory,
 )
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
-from scene_graph_ros.trajectories.sampling import Sampled, slowed
+from scene_graph_ros.trajectories.sampling import Sampled, slowed, States
 from scene_graph_ros.trajectories.smooth_pieces import smooth_pieces
-from scene_graph_ros.trajectories.trajectory_points import TrajectoryPoints
+from scene_graph_ros.trajectories.state_kernels import write_states
 
 __all__ = ["sample_jerk_limited"]
 
@@ -48,17 +48,20 @@ def sample_jerk_limited(
         for piece, own in zip(pieces, pairwise(rates), strict=True)
     ]
     states, rests = _joined([each for each, _ in found])
-    motion = _motion(path, states)
+    curve = path if path.degree >= LEAST_DEGREE else path.elevate_degree(LEAST_DEGREE)
 
-    def points(nanoseconds: NDArray[np.int64], factor: float) -> TrajectoryPoints:
-        return _points(path, states, rests, nanoseconds, factor, ends)
+    def states_at(nanoseconds: NDArray[np.int64], factor: float) -> States:
+        return _states(curve, states, rests, nanoseconds, factor, ends)
+
+    def motion() -> PathParameterizedTrajectory:
+        return _motion(path, states)
 
     judged = judged_by or limits
     if not ends.is_rest:
         # What is slowed down has other velocities at its ends.
-        return slowed(states.times, points, judged, motion, rounds=1)
+        return slowed(states.times, states_at, judged, motion, rounds=1)
     factor = max(each for _, each in found)
-    return slowed(states.times, points, judged, motion, factor)
+    return slowed(states.times, states_at, judged, motion, factor)
 
 
 def _joined(parts: list[PathStates]) -> tuple[PathStates, NDArray[np.intp]]:
@@ -80,27 +83,20 @@ def _motion(path: PiecewisePolynomial, states: PathStates) -> PathParameterizedT
     return PathParameterizedTrajectory(path, PiecewisePolynomial(scaling.breaks, within))
 
 
-def _points(
+def _states(
     path: PiecewisePolynomial,
     states: PathStates,
     rests: NDArray[np.intp],
     nanoseconds: NDArray[np.int64],
     factor: float,
     ends: MotionEnds,
-) -> TrajectoryPoints:
-    """Return a motion's points at the whole nanoseconds next to its nodes, so much slower."""
-    # By less than a nanosecond apart from a node, Taylor's polynomial is more exact than quintics.
-    late: Array = nanoseconds.astype(np.float64) * (1e-9 / factor) - states.times
+) -> States:
+    """Return a motion's states at the whole nanoseconds next to its nodes, so much slower."""
+    q, v, a = np.empty((3, len(nanoseconds), path.rows))
+    late = nanoseconds * (1e-9 / factor) - states.times
     late[rests] = 0.0
-    changes = np.gradient(states.acceleration, states.times)
-    acceleration = states.acceleration + late * changes
-    speed = states.speed + late * (states.acceleration + 0.5 * late * changes)
-    s = states.s + late * (states.speed + 0.5 * late * states.acceleration)
-    speed, acceleration = speed[:, np.newaxis], acceleration[:, np.newaxis]
-    q, first, second = derivatives_of(path, s)[:3]
-    v = first * speed / factor
-    a = (second * speed**2 + first * acceleration) / factor**2
+    write_states(path.breaks, path.control_points, states, late, factor, q, v, a)
     q[[0, -1]] = path.control_points[0, 0], path.control_points[-1, -1]
     if ends.rates is not None:
         v[[0, -1]], a[[0, -1]] = zip(*ends.rates, strict=True)
-    return TrajectoryPoints(nanoseconds, q, v, a)
+    return q, v, a

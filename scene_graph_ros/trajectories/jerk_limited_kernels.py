@@ -43,6 +43,9 @@ _ENOUGH = 0.01
 _STUCK = 1e-3
 """Relative: where limits get narrower by less in a step, they can't be kept."""
 
+_TINY = 1e-280
+"""Products of slacks that are smaller are worked out by logarithms."""
+
 _PINNED = 1e7
 """Weight of what must not change, relative to the Hessian."""
 
@@ -106,34 +109,51 @@ def _largest(rows, x):
 
 
 @inlined_kernel
-def _merit(rows, x, mu, wide):
-    """Return the duration and the barrier; infinite where a limit is not kept."""
-    total = 0.0
+def _log_of_slacks(rows, x, k, wide):
+    """Return the logarithm of the product of all slacks at a point, one after another."""
+    b, db, ddb = x[0, k], x[1, k], x[2, k]
+    a, z = wide * wide, wide * wide * wide / math.sqrt(b)
+    total = math.log((a * rows.caps[k] - b) / rows.caps[k])
+    for j in range(rows.a1.shape[0]):
+        r = rows.a1[j, k] * db + rows.a0[j, k] * b
+        q = rows.j2[j, k] * ddb + rows.j1[j, k] * db + rows.j0[j, k] * b
+        total += math.log((a - r) * (a + r)) + math.log((z - q) * (z + q))
+    return total
+
+
+@inlined_kernel
+def _merit(rows, x, mu, wide, work):
+    """Return the duration and the barrier; infinite where a limit is not kept.
+
+    ``work`` ``(3, n)`` are inverse rates, products of slacks, and the least of these.
+    """
     joints, n = rows.a1.shape[0], x.shape[1]
-    v, a, jerk = wide * wide, wide * wide, wide * wide * wide
+    z, product, least = work[0], work[1], work[2]
+    a, jerk = wide * wide, wide * wide * wide
     for k in range(n):
-        b, db, ddb = x[0, k], x[1, k], x[2, k]
-        if not b > 0.0:
-            return math.inf
-        z = 1.0 / math.sqrt(b)
-        total += 0.5 * z if k == 0 or k == n - 1 else z
-        slack = v * rows.caps[k] - b
-        if not slack > 0.0:
-            return math.inf
-        product = slack / rows.caps[k]
-        z *= jerk
-        for j in range(joints):
+        b = x[0, k]
+        z[k] = 1.0 / math.sqrt(b)
+        product[k] = (a * rows.caps[k] - b) / rows.caps[k]
+        least[k] = product[k] if b > 0.0 else -1.0
+    # Loops without branches over neighbours in memory: they become vector instructions.
+    for j in range(joints):
+        for k in range(n):
+            b, db = x[0, k], x[1, k]
             r = rows.a1[j, k] * db + rows.a0[j, k] * b
-            t = a * a - r * r
-            q = rows.j2[j, k] * ddb + rows.j1[j, k] * db + rows.j0[j, k] * b
-            y = z * z - q * q
-            if not (t > 0.0 and y > 0.0):
-                return math.inf
-            product *= t * y
-            if product < 1e-200 or product > 1e200:
-                total -= mu * math.log(product)
-                product = 1.0
-        total -= mu * math.log(product)
+            q = rows.j2[j, k] * x[2, k] + rows.j1[j, k] * db + rows.j0[j, k] * b
+            most = jerk * z[k]
+            t, y = a * a - r * r, most * most - q * q
+            product[k] *= t * y
+            least[k] = min(least[k], min(t, y))
+    total = -0.5 * (z[0] + z[n - 1])
+    for k in range(n):
+        if not (least[k] > 0.0 and product[k] >= 0.0):
+            return math.inf
+        if _TINY < product[k] < 1.0 / _TINY:
+            logarithm = math.log(product[k])
+        else:
+            logarithm = _log_of_slacks(rows, x, k, wide)
+        total += z[k] - mu * logarithm
     return total
 
 
@@ -160,25 +180,22 @@ def _model(rows, x, mu, wide, g, h):
             r = c1 * db + c0 * b
             over = 1.0 / (a * a - r * r)
             d1, d2 = 2.0 * mu * r * over, 2.0 * mu * (a * a + r * r) * over * over
-            g[0, k] += d1 * c0
-            g[1, k] += d1 * c1
-            h[0, k] += d2 * c0 * c0
-            h[1, k] += d2 * c0 * c1
-            h[3, k] += d2 * c1 * c1
+            g0, g1, h0, h1, h3 = d1 * c0, d1 * c1, d2 * c0 * c0, d2 * c0 * c1, d2 * c1 * c1
             c2, c1, c0 = rows.j2[j, k], rows.j1[j, k], rows.j0[j, k]
             r = c2 * ddb + c1 * db + c0 * b
-            z = jerk / math.sqrt(b)
-            dz = -0.5 * z / b
-            over = 1.0 / (z * z - r * r)
-            d1, d2 = 2.0 * mu * r * over, 2.0 * mu * (z * z + r * r) * over * over
-            cross = -4.0 * mu * z * r * over * over * dz
-            g[0, k] += d1 * c0 - 2.0 * mu * z * over * dz
-            g[1, k] += d1 * c1
+            # With z = jerk / sqrt(b): of z^2 - r^2 and of what it changes by.
+            squared = jerk * jerk / b
+            over = 1.0 / (squared - r * r)
+            d1, d2 = 2.0 * mu * r * over, 2.0 * mu * (squared + r * r) * over * over
+            slope = -0.5 * squared / b  # z z'
+            cross = -4.0 * mu * r * over * over * slope
+            g[0, k] += g0 + d1 * c0 - 2.0 * mu * over * slope
+            g[1, k] += g1 + d1 * c1
             g[2, k] += d1 * c2
-            h[0, k] += d2 * (c0 * c0 + dz * dz) + 2.0 * cross * c0
-            h[1, k] += d2 * c0 * c1 + cross * c1
+            h[0, k] += h0 + d2 * (c0 * c0 + 0.25 * squared / (b * b)) + 2.0 * cross * c0
+            h[1, k] += h1 + d2 * c0 * c1 + cross * c1
             h[2, k] += d2 * c0 * c2 + cross * c2
-            h[3, k] += d2 * c1 * c1
+            h[3, k] += h3 + d2 * c1 * c1
             h[4, k] += d2 * c1 * c2
             h[5, k] += d2 * c2 * c2
 
@@ -258,8 +275,8 @@ def _solve(band):
 def _step(rows, c, x, wide, mu, pinned, slope, work):
     """Go a step of Newton's; return its decrement, 0 where no part of it makes anything better."""
     m, n = len(c), x.shape[1]
-    g, h, band, trial, new = work
-    before = _merit(rows, x, mu, wide)
+    g, h, band, trial, new, own = work
+    before = _merit(rows, x, mu, wide, own)
     _model(rows, x, mu, wide, g, h)
     _assemble(g, h, pinned, slope, band)
     for k in range(m):
@@ -273,7 +290,7 @@ def _step(rows, c, x, wide, mu, pinned, slope, work):
         for k in range(m):
             trial[k] = c[k] + size * band[4, k]
         _at_points(trial, new)
-        if _merit(rows, new, mu, wide) <= before - _ENOUGH * size * decrement:
+        if _merit(rows, new, mu, wide, own) <= before - _ENOUGH * size * decrement:
             for k in range(m):
                 c[k] = trial[k]
             for i in range(3):
@@ -310,7 +327,8 @@ def fastest_rates(rows, c, pinned, slope, first_weight, last_weight):
     m = len(c)
     n = 2 * (m - 2) - 1
     x = np.empty((3, n))
-    work = (np.empty((3, n)), np.empty((6, n)), np.empty((5, m)), np.empty(m), np.empty((3, n)))
+    g, new, own = np.empty((3, n)), np.empty((3, n)), np.empty((3, n))
+    work = (g, np.empty((6, n)), np.empty((5, m)), np.empty(m), new, own)
     wide = _begin(rows, c, x, not (pinned[0] or pinned[1]))
     mu = first_weight
     for _ in range(_STEPS):

@@ -19,12 +19,7 @@ from scene_graph_ros.trajectories.guessed_motion import guessed_motion, PathStat
 from scene_graph_ros.trajectories.jerk_limited_kernels import fastest_rates, Rows
 from scene_graph_ros.trajectories.motion_limits import MotionLimits
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
-from scene_graph_ros.trajectories.quintic_nodes import (
-    jerk_excess,
-    MIDDLES,
-    NODES_LEFT,
-    NODES_RIGHT,
-)
+from scene_graph_ros.trajectories.quintic_kernels import set_rows, set_times_and_jerks
 from scene_graph_ros.trajectories.sampling import SHORTEST
 from scene_graph_ros.trajectories.straight_motion import straight_states
 
@@ -56,17 +51,6 @@ _FIRST, _ROUGH, _LAST = 1.0, 1e-2, 2e-3
 
 _AGAIN = 0.05
 """The first weight where a motion is known that is nearly the best."""
-
-_MOST = 1e30
-"""Squares of larger rates may be infinite."""
-
-_GAUSS = (
-    (0.06943184420297371, 0.17392742256872693),
-    (0.33000947820757187, 0.32607257743127307),
-    (0.6699905217924281, 0.32607257743127307),
-    (0.9305681557970263, 0.17392742256872693),
-)
-"""Places and weights that integrate up to degree 7 exactly (Gauss and Legendre)."""
 
 
 class _Ends(NamedTuple):
@@ -143,38 +127,18 @@ class _Nodes:
         self.first, self.second = first * speed, second * speed**2 + first * bend
         self.rows = self._rows()
         self.rates = np.ones(len(states.s) + 2)
+        self.times, self.jerks = np.empty(len(states.s)), np.empty(len(states.s) - 1)
         self.excess = np.ones(len(states.s) - 1)
 
     def _rows(self) -> Rows:
         v, a, jerk = self.limits.velocities, self.limits.accelerations, self.limits.jerks
         assert jerk is not None
-        v, a, jerk = v * self.step, a * self.step**2, jerk * self.step**3
-        shape = (2 * len(self.s) - 1, len(v))
-        p1, p2, p3 = np.empty(shape), np.empty(shape), np.empty(shape)
-        data = np.stack(
-            [
-                np.diff(self.values, axis=0),
-                self.first[:-1],
-                self.first[1:],
-                self.second[:-1],
-                self.second[1:],
-            ]
-        )
-        p1[::2], p2[::2] = self.first, self.second
-        p1[1::2], p2[1::2], p3[1::2] = np.tensordot(MIDDLES, data, 1)
-        left, right = np.tensordot(NODES_RIGHT, data, 1), np.tensordot(NODES_LEFT, data, 1)
-        p3[0], p3[-1] = left[0], right[-1]
-        p3[2:-1:2] = 0.5 * (left[1:] + right[:-1])
-        with np.errstate(divide="ignore", over="ignore"):
-            caps = np.minimum((v / np.abs(p1)).min(axis=1) ** 2, _MOST)
-        by_a = p1 / (2.0 * a), p2 / a
-        for end, is_pinned in zip((0, -1), self.ends.is_pinned, strict=True):
-            if is_pinned:  # it is given, and within its limits
-                caps[end] = _MOST
-                for each in by_a:
-                    each[end] = 0.0
-        made = (*by_a, 0.5 * p1 / jerk, 1.5 * p2 / jerk, p3 / jerk)
-        return Rows(caps, *(np.ascontiguousarray(each.T) for each in made))
+        limits = np.stack([v * self.step, a * self.step**2, jerk * self.step**3])
+        points, joints = 2 * len(self.s) - 1, len(v)
+        rows = Rows(np.empty(points), *np.empty((5, joints, points)))
+        pinned = np.array(self.ends.is_pinned)
+        set_rows(self.values, self.first, self.second, limits, pinned, rows)
+        return rows
 
     def find(self, first: float, last: float) -> None:
         """Find rates."""
@@ -186,15 +150,16 @@ class _Nodes:
         self.too_fast = fastest_rates(
             self.rows, self.rates, np.array(self.ends.is_pinned), slopes, first, last
         )
-        if np.isfinite(self.duration()):
-            self.jerks = self._excess_of_jerk()
-        else:
-            self.too_fast, self.jerks = np.inf, np.full(len(self.s) - 1, np.inf)
+        self.times, self.jerks = np.empty(len(self.s)), np.empty(len(self.s) - 1)
+        limits = np.array(self.limits.jerks)
+        path = self.values, self.first, self.second
+        if not set_times_and_jerks(self.rates, *path, self.step, limits, self.times, self.jerks):
+            self.too_fast, self.jerks[:] = np.inf, np.inf
 
     def tighten(self) -> bool:
         """Find rates with less jerk where the quintics have too much; tell whether that helped."""
-        before = self.rates.copy(), self.excess, self.jerks, self.too_fast
-        cost = self.factor() * self.duration()
+        before = self.rates.copy(), self.excess, self.times, self.jerks, self.too_fast
+        cost = self.factor() * float(self.times[-1])
         self.excess = self.excess * np.maximum(self.jerks, 1.0)
         at_points = np.ones(2 * len(self.s) - 1)
         at_points[1::2] = self.excess
@@ -204,52 +169,19 @@ class _Nodes:
         self.rows = rows._replace(j2=j2 * at_points, j1=j1 * at_points, j0=j0 * at_points)
         self.find(_FIRST if any(self.ends.is_pinned) else _AGAIN, _LAST)
         self.rows = rows
-        if self.factor() * self.duration() < cost:
+        if self.factor() * float(self.times[-1]) < cost:
             return True
-        self.rates, self.excess, self.jerks, self.too_fast = before
+        self.rates, self.excess, self.times, self.jerks, self.too_fast = before
         return False
-
-    def _at_nodes(self) -> tuple[Array, Array]:
-        """Return the squared rates and their derivatives by u at the nodes."""
-        c = self.rates
-        return (c[:-2] + 4.0 * c[1:-1] + c[2:]) / 6.0, 0.5 * (c[2:] - c[:-2])
-
-    def times(self) -> Array:
-        """Return when it is at the nodes."""
-        return np.concatenate([[0.0], self.step * _seconds(self.rates).cumsum()])
-
-    def duration(self) -> float:
-        """Return the duration, s; not a finite number where it would turn back."""
-        return self.step * float(_seconds(self.rates).sum())
 
     def states(self) -> PathStates:
         """Return the motion's states at the nodes."""
-        b, slope = self._at_nodes()
+        c = self.rates
+        b, slope = (c[:-2] + 4.0 * c[1:-1] + c[2:]) / 6.0, 0.5 * (c[2:] - c[:-2])
         speed = self.speed * np.sqrt(b) / self.step
         acceleration = (0.5 * self.speed * slope + self.bend * b) / self.step**2
-        return PathStates(self.times(), self.s, speed, acceleration)
-
-    def _excess_of_jerk(self) -> Array:
-        """Return the largest jerk on each quintic between two nodes, in units of its limit."""
-        b, slope = (each[:, np.newaxis] for each in self._at_nodes())
-        rates = self.first * np.sqrt(b) / self.step
-        accelerations = (0.5 * self.first * slope + self.second * b) / self.step**2
-        jerks = self.limits.jerks
-        assert jerks is not None
-        return jerk_excess(self.times(), self.values, rates, accelerations, jerks)
+        return PathStates(self.times, self.s, speed, acceleration)
 
     def factor(self) -> float:
         """Return by how much it is too fast, at least 1."""
         return max(float(self.jerks.max()) ** (1.0 / 3.0), self.too_fast, 1.0)
-
-
-def _seconds(c: Array) -> Array:
-    """Return the durations from node to node: the integral of 1 / sqrt(b) by u."""
-    total = np.zeros(len(c) - 3)
-    for x, weight in _GAUSS:
-        y = 1.0 - x
-        b = y**3 * c[:-3] + (3.0 * x**3 - 6.0 * x**2 + 4.0) * c[1:-2]
-        b += (3.0 * y**3 - 6.0 * y**2 + 4.0) * c[2:-1] + x**3 * c[3:]
-        with np.errstate(invalid="ignore", divide="ignore"):
-            total += weight / np.sqrt(b / 6.0)
-    return total

@@ -14,13 +14,22 @@ from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array, whole_array
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.located import suggestion
+from scene_graph_ros.trajectories.curve_kernels import write_hermite
 from scene_graph_ros.trajectories.errors import TrajectoryError
 from scene_graph_ros.trajectories.extremes import largest_ratios
+from scene_graph_ros.trajectories.extremes_kernels import largest_rate
 from scene_graph_ros.trajectories.limit_rounding import LIMIT_ROUNDING, RATE_ROUNDING
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
 from scene_graph_ros.trajectories.polynomials_of import Polynomials, polynomials_of
 
-__all__ = ["LimitExcess", "MotionLimits", "find_excess", "worst_ratio"]
+__all__ = [
+    "LimitExcess",
+    "MotionLimits",
+    "find_excess",
+    "value_excess",
+    "worst_ratio",
+    "worst_ratio_of",
+]
 
 
 @one_line()
@@ -69,11 +78,8 @@ class NamedPositions(Protocol):
         """Their largest jerks ``(nq,)``, as of `velocity_limits`."""
 
 
-_JUMP = 1e-9
-"""Of the limit of an acceleration: smaller jumps are none."""
-
-_ROUNDING = 100.0 * np.finfo(np.float64).eps
-"""Of positions: what their rounding changes second differences by."""
+_KINDS = ("velocity", "acceleration", "jerk")
+"""Of limits, by the order of the derivative."""
 
 _LEAST, _MOST = 1e-12, 1e18
 """Of a limit: no robot has others, and what is worked out of them stays far from infinite."""
@@ -199,17 +205,27 @@ def find_excess(
     """
     trajectory = polynomials_of("trajectory", trajectory)
     n = trajectory.rows
-    sides = (_limit("lower", lower, n), -1.0), (_limit("upper", upper, n), 1.0)
+    if n != len(limits.velocities):
+        raise TrajectoryError(
+            f"the trajectory has {n} rows, and there are limits of {len(limits.velocities)}"
+        )
+    sides = _limit("lower", lower, n), _limit("upper", upper, n)
     worst = worst_ratio(trajectory, limits)
     if worst.ratio > 1.0 + RATE_ROUNDING:
         return worst
+    return value_excess(trajectory, *sides)
+
+
+def value_excess(
+    trajectory: PiecewisePolynomial,
+    lower: NDArray[np.float64] | None,
+    upper: NDArray[np.float64] | None,
+) -> LimitExcess | None:
+    """Return a trajectory's largest excess over limits ``(n,)`` of its values, or None."""
     points = trajectory.control_points
-    for limit, side in sides:
-        if limit is None:
-            continue
+    for limit, side in ((lower, -1.0), (upper, 1.0)):
         # A limit is no scale: what counts is the way beyond it.
-        beyond = side * (points - limit) - LIMIT_ROUNDING
-        if (beyond > 0.0).any():
+        if limit is not None and (side * (points - limit) > LIMIT_ROUNDING).any():
             found = _beyond(trajectory, limit, side)
             if found is not None:
                 return found
@@ -229,44 +245,32 @@ def _limit(name: str, given: ArrayLike | None, size: int) -> NDArray[np.float64]
 
 def worst_ratio(trajectory: PiecewisePolynomial, limits: MotionLimits) -> LimitExcess:
     """Return the velocity, acceleration or jerk that is largest in units of its limit."""
-    found = []
-    derivative = trajectory
-    for kind, most in (
-        ("velocity", limits.velocities),
-        ("acceleration", limits.accelerations),
-        ("jerk", limits.jerks),
-    ):
-        if most is None:
-            continue
-        if kind == "jerk":
-            jump = _largest_jump(trajectory, derivative, limits)
-            if jump is not None:
-                return jump
-        derivative = derivative.derivative()
-        peak = largest_ratios(derivative, -most, most)
-        row = int(np.argmax(peak.bounds))
-        value = peak.bounds[row] * most[row]
-        found.append(LimitExcess(kind, row, value, float(most[row]), float(peak.times[row])))
-    return max(found, key=lambda each: each.ratio)
+    return _worst(trajectory.breaks, np.array(trajectory.control_points), limits)
 
 
-def _largest_jump(
-    trajectory: PiecewisePolynomial, accelerations: PiecewisePolynomial, limits: MotionLimits
-) -> LimitExcess | None:
-    """Return the largest jump of acceleration, beyond rounding: there the jerk is infinite."""
-    assert limits.jerks is not None
-    points, steps = accelerations.control_points, np.diff(trajectory.breaks)
-    if len(points) < 2:
-        return None
-    size = np.abs(trajectory.control_points).max(axis=(0, 1))
-    rounding = _ROUNDING * size / np.minimum(steps[1:], steps[:-1])[:, np.newaxis] ** 2
-    jumps = np.abs(points[1:, 0] - points[:-1, -1]) - rounding
-    jumps /= limits.accelerations
-    if jumps.max() <= _JUMP:
-        return None
-    at, row = np.unravel_index(int(np.argmax(jumps)), jumps.shape)
-    time = float(accelerations.breaks[at + 1])
-    return LimitExcess("jerk", int(row), np.inf, float(limits.jerks[row]), time)
+def worst_ratio_of(
+    times: NDArray[np.float64],
+    q: NDArray[np.float64],
+    v: NDArray[np.float64],
+    a: NDArray[np.float64] | None,
+    limits: MotionLimits,
+) -> LimitExcess:
+    """Return it of the curve that `TrajectoryPoints` have, with states ``(m, n)`` at ``times``."""
+    control = np.empty((len(times) - 1, 4 if a is None else 6, q.shape[1]))
+    write_hermite(times, q, v, v if a is None else a, control)
+    times.setflags(write=False)  # As the breaks of curves are.
+    return _worst(times, control, limits)
+
+
+def _worst(
+    breaks: NDArray[np.float64], control: NDArray[np.float64], limits: MotionLimits
+) -> LimitExcess:
+    """Return it of polynomials, whose control points are written over."""
+    given = (limits.velocities, limits.accelerations, limits.jerks)
+    most = np.stack([each for each in given if each is not None])
+    order, row, ratio, time = largest_rate(breaks, control, most)
+    limit = float(most[order - 1, row])
+    return LimitExcess(_KINDS[order - 1], row, ratio * limit, limit, time)
 
 
 def _beyond(

@@ -20,8 +20,8 @@ _PARTS = (0.5, 0.7, 1.0)
 _LONGER = 10.0
 """Times what it has to take: motions of other retimers that take longer are not believed."""
 
-_LESS = 1.0 + 1e-4
-"""Times an excess: by how much limits are narrowed next."""
+_LESS = 1e-4
+"""Beside an excess: by how much limits are narrowed at first; four times as much each time."""
 
 _SOMEWHAT = 1.01
 """Times a factor with which no motion is found: what is tried next."""
@@ -106,7 +106,7 @@ def _between(
 ) -> Sampled:
     """Return a motion that moves at its ends: excesses of speed are looked for with less."""
     factor, found = 1.0, None
-    for _ in range(_TRIES):
+    for turn in range(_TRIES):
         within = _narrowed(limits, factor, ends)
         if limits.jerks is None:
             motion = retimer.motion_between(path, gentler(within), ends)
@@ -123,7 +123,9 @@ def _between(
                 continue
         if found.excess is None:
             return found
-        factor *= found.factor * _LESS
+        factor *= found.factor * (1.0 + _LESS * 4.0**turn)
+        if limits.jerks is None:
+            retimer = retimer.finer()
     assert found is not None
     return found
 

@@ -14,7 +14,7 @@ from scene_graph_ros.trajectories.motion_ends import AT_REST, MotionEnds
 from scene_graph_ros.trajectories.motion_limits import (
     LimitExcess,
     MotionLimits,
-    worst_ratio,
+    worst_ratio_of,
 )
 from scene_graph_ros.trajectories.path_parameterized_trajectory import (
     PathParameterizedTrajectory,
@@ -22,7 +22,7 @@ from scene_graph_ros.trajectories.path_parameterized_trajectory import (
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
 from scene_graph_ros.trajectories.trajectory_points import TrajectoryPoints
 
-__all__ = ["SHORTEST", "Sampled", "gentler", "sample", "slowed"]
+__all__ = ["SHORTEST", "Sampled", "States", "gentler", "sample", "slowed"]
 
 SHORTEST = 3e-6
 """s, between two points: in less, rounding of positions and times alone would be accelerations."""
@@ -39,6 +39,12 @@ first; then twice as much each time."""
 
 _ROUNDS = 30
 """How often a trajectory is slowed down."""
+
+_EXCESS = 5e-4
+"""Of a limit: by how much a cubic between two points may exceed it before all is slowed down."""
+
+_PARTS = 16
+"""Of the time between two points whose cubic is faster than that, at most."""
 
 _LONGEST = 1e9
 """s: what takes longer has no time in a message."""
@@ -64,17 +70,26 @@ class Sampled(NamedTuple):
     excess: LimitExcess | None
     factor: float
     """How many times slower than it was."""
-    motion: PathParameterizedTrajectory
-    """What was sampled, with its rests."""
+    motion_of: Callable[[], PathParameterizedTrajectory]
+    """Returns what was sampled, with its rests."""
     rise_time: float
     """s."""
+
+    @property
+    def motion(self) -> PathParameterizedTrajectory:
+        """What was sampled, with its rests."""
+        return self.motion_of()
+
+
+States = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64] | None]
+"""Positions, velocities and perhaps accelerations ``(m, n)``."""
 
 
 def slowed(
     times: NDArray[np.float64],
-    points_at: Callable[[NDArray[np.int64], float], TrajectoryPoints],
+    states_at: Callable[[NDArray[np.int64], float], States],
     limits: MotionLimits,
-    motion: PathParameterizedTrajectory,
+    motion_of: Callable[[], PathParameterizedTrajectory],
     factor: float = 1.0,
     rise_time: float = 0.0,
     *,
@@ -82,22 +97,28 @@ def slowed(
 ) -> Sampled:
     """Return the points of a motion, slowed down until they are within the limits at all times.
 
-    ``points_at`` gives its points at whole nanoseconds, so many times slower than it is. After so
+    ``states_at`` gives its states at whole nanoseconds, so many times slower than it is. After so
     many ``rounds`` the rest of the excess is returned, with a factor that may do. Raises
     TrajectoryError for a motion that takes too long for a message.
     """
     for turn in range(rounds):
-        nanoseconds = np.rint(times * factor * 1e9)
-        if not nanoseconds[-1] <= _LONGEST * 1e9:
+        rounded = np.rint(times * factor * 1e9)
+        if not rounded[-1] <= _LONGEST * 1e9:
             raise TrajectoryError(f"the trajectory would take more than {_LONGEST:g} s")
-        points = points_at(nanoseconds.astype(np.int64), factor)
-        worst = worst_ratio(points.trajectory(), limits)
+        nanoseconds = rounded.astype(np.int64)
+        states = states_at(nanoseconds, factor)
+        if not (np.diff(nanoseconds) > 0).all():
+            break
+        seconds = nanoseconds.astype(np.float64) * 1e-9
+        worst = worst_ratio_of(seconds, *states, limits)
         if worst.ratio <= 1.0 + RATE_ROUNDING:
-            return Sampled(points, None, factor, motion, rise_time)
+            points = TrajectoryPoints(nanoseconds, *states)
+            return Sampled(points, None, factor, motion_of, rise_time)
         if worst.ratio == np.inf:
             break
         factor *= worst.ratio ** (1.0 / _ORDERS[worst.kind]) * (1.0 + _SPARE * 2.0**turn)
-    return Sampled(points, worst, factor, motion, rise_time)
+    points = TrajectoryPoints(nanoseconds, *states)
+    return Sampled(points, worst, factor, motion_of, rise_time)
 
 
 def sample(
@@ -131,11 +152,43 @@ def sample(
     times = _apart(times, max(SHORTEST, _NEAR * rise_time))
     factor = max(1.0, SHORTEST / float(np.diff(times).min()))
 
-    def points(nanoseconds: NDArray[np.int64], factor: float) -> TrajectoryPoints:
-        return _points(motion, nanoseconds, factor, rise_time, with_accelerations, ends)
+    def states(nanoseconds: NDArray[np.int64], factor: float) -> States:
+        return _states(motion, nanoseconds, factor, rise_time, with_accelerations, ends)
 
+    if rise_time == 0.0 and not with_accelerations and times[-1] <= _LONGEST:
+        times = _denser(times, states(np.rint(times * 1e9).astype(np.int64), 1.0), limits)
+        factor = max(1.0, SHORTEST / float(np.diff(times).min()))
     rounds = _ROUNDS if ends.is_rest else 1
-    return slowed(times, points, limits, motion, factor, rise_time, rounds=rounds)
+    return slowed(times, states, limits, lambda: motion, factor, rise_time, rounds=rounds)
+
+
+def _denser(
+    times: NDArray[np.float64], states: States, limits: MotionLimits
+) -> NDArray[np.float64]:
+    """Return times ``(m,)`` with more between those whose cubics are too fast, by states there.
+
+    By as much as accelerations of a cubic are linear where the motion's are not; with half the
+    time between points that is a quarter.
+    """
+    q, v, _ = states
+    steps = np.diff(times)
+    h = steps[:, np.newaxis]
+    means, before, after = np.diff(q, axis=0) / h, v[:-1], v[1:]
+    middles = 1.5 * means - 0.25 * (before + after)
+    starts = (6.0 * means - 4.0 * before - 2.0 * after) / h
+    ends = (2.0 * before + 4.0 * after - 6.0 * means) / h
+    rates = np.abs(middles) / limits.velocities
+    changes = np.maximum(np.abs(starts), np.abs(ends)) / limits.accelerations
+    excess = np.maximum(rates, changes).max(axis=1) - 1.0
+    parts = np.ceil(np.sqrt(excess.clip(0.0, 1.0) / _EXCESS)).clip(1.0, _PARTS)
+    parts = np.minimum(parts, np.maximum(steps // SHORTEST, 1.0)).astype(np.int64)
+    if (parts == 1).all():
+        return times
+    inner = [
+        np.linspace(low, high, count, endpoint=False)
+        for low, high, count in zip(times[:-1], times[1:], parts, strict=True)
+    ]
+    return np.concatenate([*inner, times[-1:]])
 
 
 def _with_rests(
@@ -161,25 +214,25 @@ def _apart(times: NDArray[np.float64], shortest: float) -> NDArray[np.float64]:
     return np.array([*kept, times[-1]])
 
 
-def _points(
+def _states(
     motion: PathParameterizedTrajectory,
     nanoseconds: NDArray[np.int64],
     factor: float,
     rise_time: float,
     with_accelerations: bool,
     ends: MotionEnds,
-) -> TrajectoryPoints:
-    """Return a motion's points, ``factor`` times slower."""
+) -> States:
+    """Return a motion's states, ``factor`` times slower."""
     times = nanoseconds.astype(np.float64) * 1e-9 / factor
     if rise_time == 0.0:
         q, v = motion.value(times), motion.eval_derivative(times) / factor
         _at_ends(v, ends, 0)
         _from_to(q, motion)
         if not with_accelerations:
-            return TrajectoryPoints(nanoseconds, q, v)
+            return q, v, None
         a = motion.eval_derivative(times, 2) / factor**2
         _at_ends(a, ends, 1)
-        return TrajectoryPoints(nanoseconds, q, v, a)
+        return q, v, a
     # The mean over the time before t: its derivatives are differences of what is at its ends.
     v = _mean_rate(motion, times, rise_time)
     a = (_velocity(motion, times) - _velocity(motion, times - rise_time)) / rise_time
@@ -192,7 +245,7 @@ def _points(
     _at_ends(v, ends, 0)
     _at_ends(a, ends, 1)
     _from_to(q, motion)
-    return TrajectoryPoints(nanoseconds, q, v / factor, a / factor**2)
+    return q, v / factor, a / factor**2
 
 
 def _mean_rate(

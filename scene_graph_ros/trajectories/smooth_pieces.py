@@ -17,8 +17,10 @@ _SMOOTH = 1e-9
 
 def corners_of(path: PiecewisePolynomial) -> NDArray[np.intp]:
     """Return the segments of a path q(s) that begin at a corner, where q' jumps; not the first."""
-    first = path.derivative().control_points
-    before, after = first[:-1, -1], first[1:, 0]
+    points = path.control_points
+    widths = np.diff(path.breaks)[:, np.newaxis]
+    before = (points[:-1, -1] - points[:-1, -2]) / widths[:-1]
+    after = (points[1:, 1] - points[1:, 0]) / widths[1:]
     size = np.maximum(np.abs(before), np.abs(after)).max(axis=1, keepdims=True)
     return np.flatnonzero((np.abs(after - before) > _SMOOTH * size).any(axis=1)) + 1
 
@@ -26,6 +28,8 @@ def corners_of(path: PiecewisePolynomial) -> NDArray[np.intp]:
 def smooth_pieces(path: PiecewisePolynomial) -> list[PiecewisePolynomial]:
     """Return the parts of a path q(s), in turn, inside of which q' goes on."""
     ends = [0, *corners_of(path).tolist(), path.num_segments]
+    if len(ends) == 2:
+        return [path]
     return [
         PiecewisePolynomial(path.breaks[low : high + 1], path.control_points[low:high])
         for low, high in pairwise(ends)

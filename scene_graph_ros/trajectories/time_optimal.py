@@ -23,7 +23,7 @@ from scene_graph_ros.trajectories.time_optimal_kernels import (
 
 __all__ = ["GRID_POINTS", "retime", "straight_segments"]
 
-GRID_POINTS = 16
+GRID_POINTS = 32
 """Stretches of a curved segment with one speedup each."""
 
 _SMOOTH = 1e-9

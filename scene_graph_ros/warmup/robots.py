@@ -63,6 +63,7 @@ def plan() -> None:
         RobotDiagram,
         SafeVelocity,
         SceneGraphCollisionChecker,
+        thin_trajectory,
         time_path,
         ZmpPlanner,
     )
@@ -98,7 +99,8 @@ def plan() -> None:
     MaxCliqueSolverViaBranchAndBound().solve_max_clique(np.ones((3, 3)))
     time_path(checker, [[0.0], [0.5], [0.0]], MotionLimits(np.ones(1), np.ones(1), ("joint",)))
     soft = MotionLimits(np.ones(1), np.ones(1), ("joint",), jerks=np.ones(1))
-    time_path(checker, [[0.0], [0.5]], soft, start_velocity=[0.1])
+    timed = time_path(checker, [[0.0], [0.5]], soft, start_velocity=[0.1])
+    thin_trajectory(checker, timed, soft, 4)
     loose = MotionLimits(np.ones(1), np.ones(1), ("joint",))
     barrier = SafeVelocity(checker, keep=1.5, limits=loose)
     barrier.filter([0.0], [0.1], 0.1)

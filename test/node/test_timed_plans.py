@@ -157,6 +157,40 @@ def test_a_trajectory_by_another_retimer(action, client, joints):
         assert choose("time_optimal").successful
 
 
+def test_a_trajectory_has_no_more_points_than_there_may_be(action, client, joints):
+    """TOPP-RA's fifty are thinned to ten: few say where a motion with two speedups is."""
+
+    def choose(**values):
+        kinds = {int: "integer", float: "double", str: "string"}
+        parameters = []
+        for name, value in values.items():
+            kind = kinds[type(value)]
+            number = getattr(ParameterType, f"PARAMETER_{kind.upper()}")
+            own = ParameterValue(type=number, **{f"{kind}_value": value})
+            parameters.append(RosParameter(name=name, value=own))
+        request = SetParametersAtomically.Request(parameters=parameters)
+        service = "/scene_graph/set_parameters_atomically"
+        assert client.call_any(SetParametersAtomically, service, request).result.successful
+
+    try:
+        choose(retimer="toppra")
+        whole, _ = Sent(action, goals=at(0.5), **TIMED).end()
+        choose(max_trajectory_points=10)
+        result, _ = Sent(action, goals=at(0.5), **TIMED).end()
+        assert result.failure == 0, result.reason
+        points = result.trajectory.points
+        assert len(whole.trajectory.points) > 10 >= len(points)
+        slowest = seconds_of(whole.trajectory.points[-1]) * 1.011
+        assert 2.0 - 1e-6 <= seconds_of(points[-1]) <= slowest
+        assert result.trajectory_clearance > 0.0
+        choose(max_trajectory_points=2, thinning_deviation=1e-4)
+        result, status = Sent(action, goals=at(0.5), **TIMED).end()
+        assert (result.failure, status) == (PlanPath.Result.NOT_TIMED, GoalStatus.STATUS_ABORTED)
+        assert "can't be thinned to 2 within 0.0001" in result.reason
+    finally:
+        choose(retimer="time_optimal", max_trajectory_points=1000, thinning_deviation=1e-3)
+
+
 def test_a_path_alone_has_no_trajectory(action, joints):
     """Nobody who asks for none pays for one."""
     result, _ = Sent(action, goals=at(0.5)).end()

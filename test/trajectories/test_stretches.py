@@ -6,6 +6,10 @@ import numpy as np
 import pytest
 
 from scene_graph_ros.planning.trajectories import MotionLimits, PiecewisePolynomial, retime
+from scene_graph_ros.trajectories.corners import CornerPath
+from scene_graph_ros.trajectories.retimer import TimeOptimalRetimer
+from scene_graph_ros.trajectories.retimers.toppra_retimer import ToppraRetimer
+from scene_graph_ros.trajectories.sample_along import sample_along
 
 
 def bezier(*points):
@@ -55,3 +59,19 @@ def test_a_nearly_straight_way_takes_no_longer_than_a_straight_one():
     points[:, 1] += 1e-9
     motion = retime(PiecewisePolynomial(np.arange(4.0), points), most)
     assert 3.0 * 1.7 - 1e-6 <= motion.duration < 3.0 * 1.75
+
+
+@pytest.mark.parametrize("seed", [35, 66, 142])
+def test_no_bend_slows_the_whole_motion_down(seed):
+    """Along edges of very different lengths: at most 1 % longer than TOPP-RA's motion.
+
+    There a cubic between two points exceeds the limits of accelerations by a tenth.
+    """
+    rng = np.random.default_rng(seed)
+    edges = rng.normal(size=(10, 4)) * 10.0 ** rng.uniform(-2.0, 0.0, (10, 1))
+    most = MotionLimits(10.0 ** rng.uniform(-0.5, 0.7, 4), 10.0 ** rng.uniform(0.0, 1.5, 4))
+    corners = CornerPath(edges.cumsum(axis=0), most.velocities)
+    curve = corners.rounded(corners.largest_sizes())
+    found = sample_along(curve, most, retimer=TimeOptimalRetimer())
+    assert found.excess is None
+    assert found.points.duration <= 1.01 * ToppraRetimer(100).motion(curve, most).duration

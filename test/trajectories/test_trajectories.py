@@ -290,10 +290,10 @@ def test_an_excess_of_less_than_a_nanosecond_is_made_good():
     motion = PathParameterizedTrajectory(path, path)
     most = MotionLimits([1.5 * (1.0 - 2e-12)], [100.0])
 
-    def points(nanoseconds, factor):
-        return TrajectoryPoints(nanoseconds, np.array([[0.0], [1.0]]), np.zeros((2, 1)))
+    def states(nanoseconds, factor):
+        return np.array([[0.0], [1.0]]), np.zeros((2, 1)), None
 
-    found = slowed(np.array([0.0, 1.0]), points, most, motion)
+    found = slowed(np.array([0.0, 1.0]), states, most, lambda: motion)
     assert found.excess is None
     assert 1_000_000_000 < found.points.nanoseconds[-1] <= 1_000_000_002
 

@@ -235,6 +235,21 @@ PARAMETERS: tuple[Parameter, ...] = (
         choices=("time_optimal", "toppra", "ruckig"),
     ),
     Parameter(
+        "max_trajectory_points",
+        1000,
+        "Points that a planned trajectory may have. One of more is thinned, and proven once more.",
+        minimum=2,
+        maximum=1000000,
+    ),
+    Parameter(
+        "thinning_deviation",
+        1e-3,
+        "Radians or metres. How far a thinned trajectory may be from the one with all points; "
+        "where max_trajectory_points are too few for that, a goal is NOT_TIMED.",
+        minimum=1e-9,
+        maximum=1.0,
+    ),
+    Parameter(
         "max_waiting_plans",
         8,
         "Goals of plan_path that may wait, beside the one that is worked on; more are TOO_LARGE.",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 import time
 from typing import Any
 
@@ -24,6 +25,7 @@ from scene_graph_ros.node.services.plan_goals import (
     checked_goal,
     patience,
     PlanGoal,
+    thinned,
 )
 from scene_graph_ros.node.world.planned_path import PlannedPath
 from scene_graph_ros.node.world.planning_robots import PlanningRobots
@@ -136,6 +138,9 @@ def _planned(
     curves = np.stack([ends[:-1], ends[1:]], axis=1)
     if wanted.limits is not None:
         timed = motion or _timed(goal, wanted, wanted.limits, checker, found, limit)
+        timed = thinned(
+            timed, checker, wanted.limits, limit, partial(_look, goal, found, time.monotonic())
+        )
         if timed.points is None or timed.trajectory is None:
             result.failure, result.reason = PlanPath.Result.NOT_TIMED, timed.reason or ""
             return None
@@ -162,23 +167,6 @@ def _timed(
     limit: Callable[[str], Any],
 ) -> TimedPath:
     """Return the trajectory along a path that was found."""
-    begin = time.monotonic()
-
-    def watch() -> None:
-        seconds = time.monotonic() - begin
-        if goal.is_cancelled:
-            raise CancelledError.of_search(
-                PlanProgress(PlanStage.PROVING, seconds, found.tree_sizes, found.edges)
-            )
-        goal.tell(
-            PlanPath.Feedback(
-                state=PlanPath.Feedback.TIMING,
-                seconds=seconds,
-                tree_sizes=np.array(found.tree_sizes, dtype=np.uint64),
-                edges=found.edges,
-            )
-        )
-
     patience = float(limit("max_planning_time"))
     return time_path(
         checker,
@@ -189,7 +177,24 @@ def _timed(
         start_tolerance=float(limit("start_tolerance")),
         free_from=found.free_from,
         timeout=patience,
-        watch=watch,
+        watch=partial(_look, goal, found, time.monotonic()),
+    )
+
+
+def _look(goal: Goal, found: Plan, begin: float) -> None:
+    """Give feedback on timing a path. Raises CancelledError for a goal that is cancelled."""
+    seconds = time.monotonic() - begin
+    if goal.is_cancelled:
+        raise CancelledError.of_search(
+            PlanProgress(PlanStage.PROVING, seconds, found.tree_sizes, found.edges)
+        )
+    goal.tell(
+        PlanPath.Feedback(
+            state=PlanPath.Feedback.TIMING,
+            seconds=seconds,
+            tree_sizes=np.array(found.tree_sizes, dtype=np.uint64),
+            edges=found.edges,
+        )
     )
 
 

@@ -22,14 +22,21 @@ from scene_graph_ros.node.services.reported_joints import require_reported
 from scene_graph_ros.node.services.tally import require
 from scene_graph_ros.node.world.planning_robots import PlanningRobots
 from scene_graph_ros.node.world.world import WorldSnapshot
-from scene_graph_ros.planning import MissingRetimerError, PlanProgress, PoseTarget
+from scene_graph_ros.planning import (
+    MissingRetimerError,
+    PlanProgress,
+    PoseTarget,
+    SceneGraphCollisionChecker,
+    thin_trajectory,
+    TimedPath,
+)
 from scene_graph_ros.planning.checker.position_limits import moved_inside
 from scene_graph_ros.robots.tree_kernels import FLOATING
 from scene_graph_ros.trajectories import MotionLimits
 from scene_graph_ros.trajectories.retimer import Retimer
 from scene_graph_ros.trajectories.retimers.named_retimers import as_retimer
 
-__all__ = ["CancelledError", "PlanGoal", "checked_goal", "patience", "start_inside"]
+__all__ = ["CancelledError", "PlanGoal", "checked_goal", "patience", "start_inside", "thinned"]
 
 
 class CancelledError(Exception):
@@ -164,3 +171,22 @@ def patience(timeout: Any, limit: Callable[[str], Any]) -> float:
         raise MessageError(f"timeout is negative: {seconds:g} s")
     most = float(limit("max_planning_time"))
     return min(seconds, most) if seconds > 0.0 else most
+
+
+def thinned(
+    timed: TimedPath,
+    checker: SceneGraphCollisionChecker,
+    limits: MotionLimits,
+    limit: Callable[[str], Any],
+    watch: Callable[[], None],
+) -> TimedPath:
+    """Return a trajectory of as many points as there may be, or why there is none."""
+    return thin_trajectory(
+        checker,
+        timed,
+        limits,
+        int(limit("max_trajectory_points")),
+        deviation=float(limit("thinning_deviation")),
+        timeout=float(limit("max_planning_time")),
+        watch=watch,
+    )

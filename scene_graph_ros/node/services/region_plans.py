@@ -36,6 +36,7 @@ from scene_graph_ros.node.services.plan_goals import (
     patience,
     PlanGoal,
     start_inside,
+    thinned,
 )
 from scene_graph_ros.node.services.plan_watch import NoPlanError, PlanWatch
 from scene_graph_ros.node.services.tally import require
@@ -359,7 +360,7 @@ def _timed(work: _Work, curve: CompositeTrajectory, limits: MotionLimits) -> Tim
         most = float(work.limit("start_tolerance"))
         how |= {"start_tolerance": most, "timeout": watch.left, "watch": watch.look}
         timed.insert(0, time_path(work.checker, back, limits, **how))
-    return joined(timed)
+    return thinned(joined(timed), work.checker, limits, work.limit, watch.look)
 
 
 def _solved(work: _Work, given: _Regions, velocities: NDArray[np.float64]) -> RegionPlan:

@@ -25,7 +25,7 @@ class RegionClock:
     """Tells whether it is late; without a timeout and a watch function it changes nothing."""
 
     def __init__(self, timeout: float | None, watch: Callable[[], None] | None) -> None:
-        """Begin. Raises ConvexSetError for a bad timeout."""
+        """Begin, and call ``watch`` once. Raises ConvexSetError for a bad timeout."""
         patience = None if timeout is None else as_float(timeout)
         if timeout is not None and (patience is None or not 0.0 <= patience < math.inf):
             raise ConvexSetError(
@@ -33,6 +33,8 @@ class RegionClock:
                 f" {quoted(timeout)}"
             )
         self._begin, self._patience, self._watch = time.monotonic(), patience, watch
+        if watch is not None:
+            watch()
 
     @property
     def words(self) -> str:

@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.planning.edges.edge_proofs import EdgeProofs
-from scene_graph_ros.planning.edges.edge_stretches import FREE, UNFINISHED
+from scene_graph_ros.planning.edges.edge_stretches import FREE
 from scene_graph_ros.planning.motion.spline_motion import (
     first_spline,
     Sampling,
@@ -21,6 +20,7 @@ from scene_graph_ros.planning.parallel.stoppable import Turns
 from scene_graph_ros.planning.timing.timing_problem import (
     as_timed_path,
     position_excess,
+    rate_or_position_excess,
     TimedPath,
     TimingProblem,
 )
@@ -98,7 +98,7 @@ def _retimed(
     trajectory = sampled.points.trajectory()
     if position_excess(problem, trajectory) is not None:
         return None
-    proofs = _proofs(problem, trajectory, turns)
+    proofs = problem.prove(trajectory.control_points, turns)
     if (proofs.statuses != FREE).any() or trajectory.duration >= spline.duration:
         return None
     return as_timed_path(problem, sampled.points, trajectory, proofs, np.empty(0))
@@ -135,25 +135,12 @@ def _tried(problem: TimingProblem, room: SplineRoom, spline: Spline, turns: Turn
         return _Tried(spline, None, nothing)
     points, trajectory = sampled
 
-    proven = _proofs(problem, trajectory, turns)
+    proven = problem.prove(trajectory.control_points, turns)
     is_bad = proven.statuses != FREE
     if is_bad.any():
         return _Tried(spline, None, is_bad)
     motion = as_timed_path(problem, points, trajectory, proven, np.empty(0))
     return _Tried(spline, motion, nothing)
-
-
-def _proofs(problem: TimingProblem, trajectory: PiecewisePolynomial, turns: Turns) -> EdgeProofs:
-    """Prove a trajectory, in turns."""
-
-    def proofs() -> EdgeProofs:
-        curves, tolerance = trajectory.control_points, problem.checker.tolerance
-        return problem.prove(curves, tolerance, turns.stops.proving)
-
-    proven = proofs()
-    if (proven.statuses == UNFINISHED).any():
-        proven = turns.beside(proofs)
-    return proven
 
 
 def _sampled(
@@ -177,7 +164,7 @@ def _sampled(
         times = step * np.arange(spline.spans + 1)
         points = TrajectoryPoints(times, whole[0], whole[1], accelerations)
         trajectory = points.trajectory()
-        excess = position_excess(problem, trajectory)
+        excess = rate_or_position_excess(problem, trajectory)
         if excess is None:
             return points, trajectory
         if excess.kind == "position" or not excess.ratio < math.inf:

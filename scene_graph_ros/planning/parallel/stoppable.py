@@ -61,6 +61,7 @@ class Turns:
         self._watch, self._now = watch, time.monotonic()
         self._end = math.inf if timeout is None else self._now + timeout
         self._next_look = self._now
+        self._is_beside = False
         # Without time nothing is looked for.
         self.stops.looking[0] = int(timeout == 0.0)
         for stop in self.stops:
@@ -69,6 +70,8 @@ class Turns:
 
     def pause(self) -> None:
         """See whether it is time to stop. Signals raise their exceptions here, too."""
+        if self._is_beside:
+            return  # The thread that waits sees that.
         now = time.monotonic()
         if now >= self._next_look:
             self._watch()
@@ -85,11 +88,13 @@ class Turns:
         """
         for stop in self.stops:
             stop[1] = ENDLESS
+        self._is_beside = True
         try:
             return _waited_for(job, self.stops, self._end, self._watch)
         finally:
             for stop in self.stops:
                 stop[1] = LOOKS
+            self._is_beside = False
             self.pause()
 
 

@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike
 from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
 from scene_graph_ros.planning.edges.edge_stretches import FREE
-from scene_graph_ros.planning.parallel.stoppable import run_stoppable, Stops
+from scene_graph_ros.planning.parallel.stoppable import Turns
 from scene_graph_ros.planning.timing.timing_problem import (
     as_timed_path,
-    as_timeout,
     beyond_limit,
+    in_turns,
     not_free,
     not_retimed,
     position_excess,
@@ -90,12 +90,7 @@ def time_curve(
             f"curve has {curve.rows} rows, and limits name {len(problem.limits.names)} positions"
         )
     path = _moving(curve)
-    patience = as_timeout(timeout)
-    return run_stoppable(lambda stops: _timed(problem, path, stops), patience, watch or _nothing)
-
-
-def _nothing() -> None:
-    """Watch nothing."""
+    return in_turns(lambda turns: _timed(problem, path, turns), len(path.breaks), timeout, watch)
 
 
 def _moving(curve: PiecewisePolynomial) -> PiecewisePolynomial:
@@ -116,15 +111,15 @@ def _moving(curve: PiecewisePolynomial) -> PiecewisePolynomial:
     return PiecewisePolynomial(breaks, kept)
 
 
-def _timed(problem: TimingProblem, path: PiecewisePolynomial, stops: Stops) -> TimedPath:
+def _timed(problem: TimingProblem, path: PiecewisePolynomial, turns: Turns) -> TimedPath:
     """Return the trajectory; told to stop, or where a retimer finds none, why."""
     try:
-        return _retimed(problem, path, stops)
+        return _retimed(problem, path, turns)
     except RetimingError as error:
         return not_retimed(error)
 
 
-def _retimed(problem: TimingProblem, path: PiecewisePolynomial, stops: Stops) -> TimedPath:
+def _retimed(problem: TimingProblem, path: PiecewisePolynomial, turns: Turns) -> TimedPath:
     """Return the trajectory; told to stop, why there is none. Raises RetimingError."""
     retimer, doublings = problem.retimer, 0
     while True:
@@ -132,12 +127,12 @@ def _retimed(problem: TimingProblem, path: PiecewisePolynomial, stops: Stops) ->
         if sampled.excess is not None:
             return beyond_limit(problem, sampled.excess)
         trajectory = sampled.points.trajectory()
-        proofs = problem.prove(trajectory.control_points, problem.checker.tolerance, stops.proving)
+        proofs = problem.prove(trajectory.control_points, turns)
         excess = position_excess(problem, trajectory)
         if excess is None and (proofs.statuses == FREE).all():
             rests = np.zeros(_count_rests(sampled.motion))
             return as_timed_path(problem, sampled.points, trajectory, proofs, rests)
-        if stops.looking[0] != 0:
+        if turns.stops.looking[0] != 0:
             return too_late()
         if doublings == _DOUBLINGS:
             return not_free(problem, trajectory, proofs, excess)

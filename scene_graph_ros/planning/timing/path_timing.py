@@ -9,17 +9,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
 from scene_graph_ros.planning.edges.edge_stretches import FREE
-from scene_graph_ros.planning.parallel.stoppable import run_stoppable, Stops
+from scene_graph_ros.planning.parallel.stoppable import Turns
 from scene_graph_ros.planning.timing.leading_part import led_out, parts_of
 from scene_graph_ros.planning.timing.path_options import PathOptions, with_options
 from scene_graph_ros.planning.timing.rounded_path import RoundedPath
 from scene_graph_ros.planning.timing.timing_problem import (
     as_timed_path,
-    as_timeout,
     beyond_limit,
+    in_turns,
     not_free,
     not_retimed,
     position_excess,
+    rate_or_position_excess,
     TimedPath,
     timing_problem,
     TimingFailure,
@@ -80,7 +81,7 @@ def time_path(
     along the first and the last edge take it off these, and accelerations need limits of jerk.
 
     ``retimer`` names the method that finds the speed along the path. ``"time_optimal"`` is our
-    own, whose ``grid_points`` (default 16) are stretches of each corner with one speedup each:
+    own, whose ``grid_points`` (default 32) are stretches of each corner with one speedup each:
     more are faster, and take longer to find. ``"toppra"`` and ``"ruckig"`` are others, or a
     `ToppraRetimer` or `RuckigRetimer` with options; their motions are checked and proven as ours
     are. ``start_tolerance`` (rad or m), ``timeout`` (s) and ``watch`` are as of `plan_path`. A
@@ -106,11 +107,11 @@ def time_path(
     problem = with_options(problem, asked)
     problem = problem._replace(start_tolerance=max(float(start_tolerance), 0.0))
     parts = parts_of(problem, free_from)
-    patience = as_timeout(timeout)
-    return run_stoppable(
-        lambda stops: led_out(parts, [_timed(part, stops) for part in parts.problems]),
-        patience,
-        watch or (lambda: None),
+    return in_turns(
+        lambda turns: led_out(parts, [_timed(part, turns) for part in parts.problems]),
+        len(problem.path),
+        timeout,
+        watch,
     )
 
 
@@ -139,10 +140,8 @@ def prove_trajectory(
         rates = getattr(points, name)
         if rates is not None:
             _demand_rest(problem, name, rates)
-    patience = as_timeout(timeout)
-    return run_stoppable(
-        lambda stops: _judged(problem, points, stops), patience, watch or (lambda: None)
-    )
+    count = len(points.positions)
+    return in_turns(lambda turns: _judged(problem, points, turns), count, timeout, watch)
 
 
 def _demand_rest(problem: TimingProblem, name: str, rates: NDArray[np.float64]) -> None:
@@ -154,44 +153,47 @@ def _demand_rest(problem: TimingProblem, name: str, rates: NDArray[np.float64]) 
         raise TrajectoryError(f"{name} of position {which!r} must be 0, as it has no limits")
 
 
-def _judged(problem: TimingProblem, points: TrajectoryPoints, stops: Stops) -> TimedPath:
+def _judged(problem: TimingProblem, points: TrajectoryPoints, turns: Turns) -> TimedPath:
     """Return whether the curve through points is within limits and free."""
     own = points.of(problem.rows)
     trajectory = own.trajectory()
-    excess = position_excess(problem, trajectory)
+    excess = rate_or_position_excess(problem, trajectory)
     if excess is not None:
         return beyond_limit(problem, excess)
-    proofs = problem.prove(trajectory.control_points, problem.checker.tolerance, stops.looking)
+    proofs = problem.prove(trajectory.control_points, turns, may_wait=True)
     if (proofs.statuses == FREE).all():
         return as_timed_path(problem, own, trajectory, proofs, np.empty(0))
-    return too_late() if stops.looking[0] != 0 else not_free(problem, trajectory, proofs, None)
+    return (
+        too_late() if turns.stops.looking[0] != 0 else not_free(problem, trajectory, proofs, None)
+    )
 
 
-def _timed(problem: TimingProblem, stops: Stops) -> TimedPath:
+def _timed(problem: TimingProblem, turns: Turns) -> TimedPath:
     """Return the trajectory; told to stop, or where a retimer finds none, why."""
     try:
-        return _retimed(problem, stops)
+        return _retimed(problem, turns)
     except RetimingError as error:
         return not_retimed(error)
 
 
-def _retimed(problem: TimingProblem, stops: Stops) -> TimedPath:
+def _retimed(problem: TimingProblem, turns: Turns) -> TimedPath:
     """Return the trajectory; told to stop, why there is none. Raises RetimingError."""
-    found = _along(problem, RoundedPath(problem), stops)
+    found = _along(problem, RoundedPath(problem), turns)
     if found.failure is TimingFailure.NOT_FREE:
         # What was left out of the path as rounding may have been what kept it free.
         whole = RoundedPath(problem, leaves_out=False)
         if whole.num_points > RoundedPath(problem).num_points:
-            return _along(problem, whole, stops)
+            return _along(problem, whole, turns)
     return found
 
 
-def _along(problem: TimingProblem, rounded: RoundedPath, stops: Stops) -> TimedPath:
+def _along(problem: TimingProblem, rounded: RoundedPath, turns: Turns) -> TimedPath:
     """Return the trajectory along a path whose corners are rounded as far as it is free."""
     if rounded.num_points == 1:
-        return _at_rest(problem, rounded.points, stops)
-    if not problem.retimer.stops_at_corners:
-        rounded.prove_sizes(stops)
+        return _at_rest(problem, rounded.points, turns)
+    is_proven = problem.retimer.stops_at_corners
+    if not is_proven:
+        rounded.sample_sizes(turns)
     while True:
         curve, ends = rounded.curve()
         sampled = sample_along(
@@ -204,12 +206,16 @@ def _along(problem: TimingProblem, rounded: RoundedPath, stops: Stops) -> TimedP
         if sampled.excess is not None:
             return beyond_limit(problem, sampled.excess)
         trajectory = sampled.points.trajectory()
-        proofs = problem.prove(trajectory.control_points, problem.checker.tolerance, stops.proving)
+        proofs = problem.prove(trajectory.control_points, turns)
         excess = position_excess(problem, trajectory)
         if excess is None and (proofs.statuses == FREE).all():
             return as_timed_path(problem, sampled.points, trajectory, proofs, rounded.passed())
-        if stops.looking[0] != 0:
+        if turns.stops.looking[0] != 0:
             return too_late()
+        if not is_proven:
+            is_proven = True
+            if rounded.prove_sizes(turns):
+                continue
         times = [] if excess is None else [excess.time]
         bad = np.flatnonzero(proofs.statuses != FREE)
         times += (0.5 * (trajectory.breaks[bad] + trajectory.breaks[bad + 1])).tolist()
@@ -224,7 +230,7 @@ def _places(sampled: Sampled, times: list[float]) -> NDArray[np.float64]:
     return sampled.motion.time_scaling.value(before)[:, 0]
 
 
-def _at_rest(problem: TimingProblem, q: NDArray[np.float64], stops: Stops) -> TimedPath:
+def _at_rest(problem: TimingProblem, q: NDArray[np.float64], turns: Turns) -> TimedPath:
     """Return the trajectory that stays where it is, for as short as that can be said."""
     points = np.repeat(q, 2, axis=0)
     times = np.array([0, round(SHORTEST * 1e9)])
@@ -233,9 +239,9 @@ def _at_rest(problem: TimingProblem, q: NDArray[np.float64], stops: Stops) -> Ti
     more = rates if has_accelerations else None
     own = TrajectoryPoints(times, points, rates, more)
     trajectory = own.trajectory()
-    proofs = problem.prove(trajectory.control_points, problem.checker.tolerance, stops.proving)
+    proofs = problem.prove(trajectory.control_points, turns)
     excess = position_excess(problem, trajectory)
-    if stops.looking[0] != 0 and (proofs.statuses != FREE).any():
+    if turns.stops.looking[0] != 0 and (proofs.statuses != FREE).any():
         return too_late()
     if excess is not None or (proofs.statuses != FREE).any():
         return not_free(problem, trajectory, proofs, excess)

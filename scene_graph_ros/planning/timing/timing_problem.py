@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 import enum
 import math
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,8 +18,9 @@ from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisi
 from scene_graph_ros.planning.checker.path_ends import pair_words
 from scene_graph_ros.planning.edges.curves import turning_quaternions
 from scene_graph_ros.planning.edges.edge_proofs import EdgeProofs, prove
-from scene_graph_ros.planning.edges.edge_stretches import EdgeRules, FREE
+from scene_graph_ros.planning.edges.edge_stretches import EdgeRules, FREE, UNFINISHED
 from scene_graph_ros.planning.pairs.check_kernels import NO_PAIR
+from scene_graph_ros.planning.parallel.stoppable import Turns
 from scene_graph_ros.planning.paths.planned_path import Plan
 from scene_graph_ros.planning.plan_failure import PlanFailure
 from scene_graph_ros.trajectories.errors import TrajectoryError
@@ -28,6 +30,7 @@ from scene_graph_ros.trajectories.motion_limits import (
     find_excess,
     LimitExcess,
     MotionLimits,
+    value_excess,
 )
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
 from scene_graph_ros.trajectories.retimer import Retimer, TimeOptimalRetimer
@@ -40,13 +43,22 @@ __all__ = [
     "as_timed_path",
     "as_timeout",
     "beyond_limit",
+    "in_turns",
     "no_path",
     "not_free",
     "not_retimed",
     "position_excess",
+    "rate_or_position_excess",
     "timing_problem",
     "too_late",
+    "too_many_points",
 ]
+
+
+_LONG = 32
+"""Edges or segments: what has more is timed in a thread of its own, as that may take long."""
+
+_Answer = TypeVar("_Answer")
 
 
 class TimingFailure(enum.Enum):
@@ -62,6 +74,8 @@ class TimingFailure(enum.Enum):
     """The retimer that was asked for found none."""
     NO_PATH = 5
     """There is no path: the `Plan` says why."""
+    TOO_MANY_POINTS = 6
+    """It has more points than asked for, and with fewer it would be another one."""
 
 
 @one_line()
@@ -74,7 +88,8 @@ class TimedPath:
     paddings, at all times from point ``free_from`` on: 0, unless it leads out of a collision.
     ``stops`` is at how many corners of the path the robots come to rest,
     ``rounded`` how many they round. ``failure`` and ``reason`` say why there is none. ``plan`` is
-    the `Plan` that was looked for first, where `plan_trajectory` was asked.
+    the `Plan` that was looked for first, where `plan_trajectory` was asked. ``thinned_by`` (rad or
+    m) is how far from the trajectory it was thinned of it is at most.
     """
 
     points: TrajectoryPoints | None
@@ -86,6 +101,7 @@ class TimedPath:
     reason: str | None
     free_from: int = 0
     plan: Plan | None = None
+    thinned_by: float = 0.0
 
     @property
     def is_success(self) -> bool:
@@ -129,11 +145,29 @@ class TimingProblem(NamedTuple):
         return result
 
     def prove(
-        self, points: NDArray[np.float64], tolerance: float, stop: NDArray[np.int64]
+        self,
+        points: NDArray[np.float64],
+        turns: Turns,
+        *,
+        tolerance: float | None = None,
+        may_wait: bool = False,
     ) -> EdgeProofs:
-        """Prove curves by their control points ``(n, m, k)``."""
-        rules = EdgeRules(measures=False, part=0.5, tolerance=tolerance)
-        return prove(self.checker.plan, self.whole(points), rules, stop=stop)
+        """Prove curves by their control points ``(n, m, k)``, with the checker's tolerance (m).
+
+        When the time is over, there is still a little for them, unless they ``may_wait``.
+        """
+        own = self.checker.tolerance if tolerance is None else tolerance
+        rules = EdgeRules(measures=False, part=0.5, tolerance=own)
+        stop = turns.stops.looking if may_wait else turns.stops.proving
+
+        def proofs() -> EdgeProofs:
+            return prove(self.checker.plan, self.whole(points), rules, stop=stop)
+
+        proven = proofs()
+        turns.pause()
+        if (proven.statuses == UNFINISHED).any():
+            proven = turns.beside(proofs)
+        return proven
 
 
 def timing_problem(
@@ -190,8 +224,32 @@ def as_timeout(timeout: float | None) -> float | None:
     return patience
 
 
+def rate_or_position_excess(
+    problem: TimingProblem, trajectory: PiecewisePolynomial
+) -> LimitExcess | None:
+    """Return a trajectory's largest excess over a limit of any kind, or None."""
+    lower, upper = _position_limits(problem)
+    return find_excess(trajectory, problem.limits, lower=lower, upper=upper)
+
+
+def in_turns(
+    job: Callable[[Turns], _Answer],
+    count: int,
+    timeout: float | None,
+    watch: Callable[[], None] | None,
+) -> _Answer:
+    """Return the answer of a job on a path of ``count`` edges, which must look at its turns."""
+    turns = Turns(as_timeout(timeout), watch or (lambda: None))
+    return job(turns) if count <= _LONG else turns.beside(lambda: job(turns))
+
+
 def position_excess(problem: TimingProblem, trajectory: PiecewisePolynomial) -> LimitExcess | None:
-    """Return a trajectory's largest excess over a limit, of positions, too, or None.
+    """Return the largest excess over limits of positions, or None, where rates are known."""
+    return value_excess(trajectory, *_position_limits(problem))
+
+
+def _position_limits(problem: TimingProblem) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return limits ``(k,)`` of the positions that move.
 
     One that begins a little beyond its limits, as a start may, goes no farther.
     """
@@ -200,7 +258,7 @@ def position_excess(problem: TimingProblem, trajectory: PiecewisePolynomial) -> 
     slack = problem.start_tolerance + LIMIT_ROUNDING
     least = np.where(first >= lower - slack, np.minimum(lower, first), lower)
     most = np.where(first <= upper + slack, np.maximum(upper, first), upper)
-    return find_excess(trajectory, problem.limits, lower=least, upper=most)
+    return least, most
 
 
 def as_timed_path(
@@ -271,6 +329,11 @@ def no_path(plan: Plan) -> TimedPath:
     is_late = plan.failure is PlanFailure.TIMEOUT
     kind = TimingFailure.TIMEOUT if is_late else TimingFailure.NO_PATH
     return replace(_failed(kind, plan.reason or ""), plan=plan)
+
+
+def too_many_points(words: str) -> TimedPath:
+    """Return that there is none of so few points."""
+    return _failed(TimingFailure.TOO_MANY_POINTS, words)
 
 
 def too_late() -> TimedPath:
