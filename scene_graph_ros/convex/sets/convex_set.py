@@ -24,12 +24,14 @@ from scene_graph_ros.convex.questions.generic import (
     project_on_set,
     support_of_lift,
 )
+from scene_graph_ros.convex.questions.meeting import meets_by_reach
 from scene_graph_ros.convex.questions.membership import (
     add_point_in_nonnegative_scaling,
     add_point_in_set,
     Membership,
 )
-from scene_graph_ros.convex.questions.quick_answers import meet, reached, support_of_rows
+from scene_graph_ros.convex.questions.quick_answers import meet, support_of_rows
+from scene_graph_ros.convex.questions.surrounding import drawn_in
 from scene_graph_ros.convex.solve.cones.lift import Lift, shared_point
 from scene_graph_ros.convex.solve.cutting.cutting import find_in_cones, Found
 from scene_graph_ros.convex.solve.exact.maximize import maximize
@@ -204,7 +206,7 @@ class ConvexSet(abc.ABC):
         quick = None if certificate else meet(self, other)
         if quick is not None:
             return quick
-        quick = None if certificate else self._meets_by_reach(other)
+        quick = None if certificate else meets_by_reach(self, other)
         if quick is not None:
             return quick
         decision = is_empty((self, other), "intersects_with")
@@ -214,30 +216,12 @@ class ConvexSet(abc.ABC):
             else not decision.value
         )
 
-    def _meets_by_reach(self, other: ConvexSet) -> bool | None:
-        """Tell whether the sets meet by how far they reach, None where that is left open.
+    def _inner_reach(self, d: np.ndarray) -> tuple[np.ndarray, float] | None:
+        """Return a point ``(n,)`` nearly as far along d as the set reaches, None if unknown.
 
-        It is asked where one has many points or members, and the other one reaches quickly.
+        Behind it is what rounding may have moved each coordinate by.
         """
-        sets = self, other
-        if not any(each._HAS_QUICK_SUPPORT for each in sets):
-            return None
-        if any(each.is_empty() for each in sets):
-            return False
-        if not all(each.is_bounded() for each in sets) or other._has_matrices():
-            return None
-        apart, points = reached(*sets)
-        if apart:
-            return False
-        fewer = [
-            each if kind is None else kind(reached_there)
-            for each, kind, reached_there in zip(
-                sets, (s._hull_of_points() for s in sets), points, strict=True
-            )
-        ]
-        if fewer[0] is self and fewer[1] is other:
-            return None
-        return True if not is_empty(tuple(fewer), "intersects_with").value else None
+        return drawn_in(self, d)
 
     def _has_matrices(self) -> bool:
         """Tell whether a program has to be solved for how far the set reaches."""
