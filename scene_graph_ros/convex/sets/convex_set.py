@@ -18,13 +18,12 @@ from scene_graph_ros.convex.questions.arguments import (
 )
 from scene_graph_ros.convex.questions.certificates import Decision
 from scene_graph_ros.convex.questions.conic_program import ConicConstraint, ConicProgram
-from scene_graph_ros.convex.questions.decisions import is_bounded, is_empty
+from scene_graph_ros.convex.questions.decisions import is_bounded, is_empty, meet_by_reach
 from scene_graph_ros.convex.questions.generic import (
     inner_point,
     project_on_set,
     support_of_lift,
 )
-from scene_graph_ros.convex.questions.meeting import meets_by_reach
 from scene_graph_ros.convex.questions.membership import (
     add_point_in_nonnegative_scaling,
     add_point_in_set,
@@ -206,7 +205,7 @@ class ConvexSet(abc.ABC):
         quick = None if certificate else meet(self, other)
         if quick is not None:
             return quick
-        quick = None if certificate else meets_by_reach(self, other)
+        quick = None if certificate else meet_by_reach(self, other)
         if quick is not None:
             return quick
         decision = is_empty((self, other), "intersects_with")

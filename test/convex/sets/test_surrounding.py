@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from scene_graph_ros.convex.questions import meeting
+from scene_graph_ros.convex.questions import decisions
 from scene_graph_ros.convex.questions.surrounding import _regular_simplex, surround
 from scene_graph_ros.convex.sets import convex_set
 from scene_graph_ros.geometry.optimization import (
@@ -41,7 +41,7 @@ def no_fractions(monkeypatch):
     def refuse(sets, question):
         raise AssertionError(f"{question} was decided in fractions")
 
-    for module in (convex_set, meeting):
+    for module in (convex_set, decisions):
         monkeypatch.setattr(module, "is_empty", refuse)
 
 
