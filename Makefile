@@ -159,6 +159,7 @@ bench: all-kernels peers  ## compare speed with the peers
 	$(RUN) -m benchmarks.robot_speed --picture docs/robot_speed.png
 	$(RUN) -m benchmarks.inverse_kinematics --write
 	$(RUN) -m benchmarks.safe_velocity --write
+	$(RUN) -m benchmarks.jogging
 	$(RUN) -m benchmarks.regions
 	$(RUN) -m benchmarks.optimal_control
 	$(RUN) -m benchmarks.gcs_trajectories --sizes 20 --defaults

@@ -33,7 +33,7 @@ from scene_graph_ros.views.moment import Trouble
 
 __all__ = ["Diagnostics", "Monitor", "troubles_of"]
 
-_OPTIONAL_MODULES = ("meshio", "pytetwild", "tf2_msgs", "trimesh")
+_OPTIONAL_MODULES = ("control_msgs", "meshio", "pytetwild", "tf2_msgs", "trimesh")
 """Costly or optional imports: reported, so that it can be seen what a scene really needs."""
 
 _FAULTS_OF = {

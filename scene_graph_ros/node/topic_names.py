@@ -11,7 +11,7 @@ import re
 from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.node.effects.declarations import EFFECTS
-from scene_graph_ros.node.runtime.names import DIAGNOSTICS, NODE_NAME
+from scene_graph_ros.node.runtime.names import DIAGNOSTICS, JOG_JOINTS, JOG_TWIST, NODE_NAME
 from scene_graph_ros.node.world.source_topics import SourceTopic
 
 __all__ = ["TopicNameError", "expand_topic", "topic_problems"]
@@ -19,6 +19,8 @@ __all__ = ["TopicNameError", "expand_topic", "topic_problems"]
 OWN_TOPICS = (
     *dict.fromkeys(topic for effect in EFFECTS for topic in effect.topics),
     DIAGNOSTICS,
+    JOG_JOINTS,
+    JOG_TWIST,
     "~/transition_event",
     "/clock",
     "/parameter_events",

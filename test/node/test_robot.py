@@ -9,7 +9,7 @@ from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 from node_harness import diagnostics_values, wait_until
 import pytest
 from sensor_msgs.msg import JointState
-from tf_messages import tf_message_class, TF_PREFIX, TF_SITE_PACKAGES
+from workspace_messages import message_class, WORKSPACE_VARIABLES
 
 from msg_adapters.stamps import stamp_from_msg, stamp_to_msg
 
@@ -141,7 +141,7 @@ def test_a_robot_imports_nothing_but_ours(client, robot):
 @pytest.fixture(scope="module")
 def tf_message():
     """Return the class of TF messages."""
-    return tf_message_class()
+    return message_class("tf2_msgs", "TFMessage")
 
 
 def test_tf_moves_its_frames_and_ignores_those_of_others(
@@ -151,12 +151,7 @@ def test_tf_moves_its_frames_and_ignores_those_of_others(
     robot.stop()
     scene = tmp_path / "tf.yaml"
     scene.write_text(TF_SCENE)
-    extra = {
-        "PYTHONPATH": str(TF_SITE_PACKAGES),
-        "LD_LIBRARY_PATH": str(TF_PREFIX / "lib"),
-        "AMENT_PREFIX_PATH": str(TF_PREFIX),
-    }
-    node = start_node({"scene": scene}, extra_environment=extra, fresh=True)
+    node = start_node({"scene": scene}, extra_environment=WORKSPACE_VARIABLES, fresh=True)
     publisher = client.publisher(tf_message, "/tf")
     transforms = []
     for child, parent, x in (("cup", "world", 3.0), ("lid", "cup", 0.5), ("map", "earth", 9.0)):

@@ -25,6 +25,8 @@ from scene_graph_ros.node.runtime.names import (
     CONTACT_SURFACE_MARKERS,
     CONTACT_SURFACE_POINTS,
     CONTACTS,
+    JOG_STATUS,
+    JOG_VELOCITIES,
     MARKERS_ILLUSTRATION,
     MARKERS_PERCEPTION,
     MARKERS_PLAN,
@@ -148,6 +150,10 @@ def _by_browser(demand: Demand) -> str:
     return "the parameter browser is true" if demand.parameter("browser") else ""
 
 
+def _by_jog(demand: Demand) -> str:
+    return "the parameter jog names a robot" if demand.parameter("jog") else ""
+
+
 def _by_record(demand: Demand) -> str:
     return "the parameter record names a folder" if demand.parameter("record") else ""
 
@@ -254,6 +260,15 @@ EFFECTS: tuple[EffectDeclaration, ...] = (
         "a path that plan_path found",
         (MARKERS_PLAN, PLAN_HOLDS),
         f"{_PACKAGE}.plan:PlanEffect",
+        "planning",
+        measures=True,
+    ),
+    EffectDeclaration(
+        "jog",
+        _by_jog,
+        "the parameter jog, if it names a robot or a group of one at start,",
+        (JOG_VELOCITIES, JOG_STATUS),
+        f"{_PACKAGE}.jog:Jog",
         "planning",
         measures=True,
     ),

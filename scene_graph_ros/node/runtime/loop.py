@@ -69,6 +69,7 @@ class UpdateLoop:
         max_rate: Callable[[], float],
         min_rate: Callable[[], float],
         precedence: Precedence,
+        name: str = "world",
         received: Callable[[], Callable[[Topic, bytes], None] | None] = lambda: None,
     ) -> None:
         """Update at ``max_rate`` at most while poses arrive, else at ``min_rate``, in Hz.
@@ -76,14 +77,14 @@ class UpdateLoop:
         Messages are taken from ``topics()``; events of all entities of ``group`` are handled. The
         thread calls ``topics`` at its start and when they changed, and waits for nothing then: so
         entities of the group are made and destroyed there, and nowhere else while it runs. It has
-        ``precedence`` but while it waits. The function that ``received()`` returns, asked when
-        the topics changed, is told of each message before its topic is.
+        ``precedence`` but while it waits, and is called ``name``. The function that ``received()``
+        returns, asked when the topics changed, is told of each message before its topic is.
         """
         self._node, self._group = node, group
         self._update = update
         self._topics = topics
         self._max_rate, self._min_rate = max_rate, min_rate
-        self._precedence = precedence
+        self._precedence, self._name = precedence, name
         self._received = received
         self._tell: Callable[[Topic, bytes], None] | None = None
         self._lock = threading.Lock()
@@ -111,7 +112,7 @@ class UpdateLoop:
         self._is_stopped = False
         self._guard = GuardCondition(None, None, context=self._node.context)
         # A daemon that is stopped at exit: a program which forgets to destroy its node can end.
-        self._thread = threading.Thread(target=self._run, name="world", daemon=True)
+        self._thread = threading.Thread(target=self._run, name=self._name, daemon=True)
         self._thread.start()
 
     def stop(self) -> None:
@@ -149,7 +150,7 @@ class UpdateLoop:
             except Exception:  # noqa: BLE001 - the node survives its own fault, and says so
                 if self._is_running():
                     self._node.get_logger().error(
-                        f"the world's thread failed:\n{traceback.format_exc()}",
+                        f"the {self._name}'s thread failed:\n{traceback.format_exc()}",
                         throttle_duration_sec=1.0,
                     )
                     time.sleep(_PAUSE_AFTER_ERROR)

@@ -11,6 +11,10 @@ __all__ = [
     "CONTACT_SURFACE_POINTS",
     "DEFAULT_POSE_TYPE",
     "DIAGNOSTICS",
+    "JOG_JOINTS",
+    "JOG_STATUS",
+    "JOG_TWIST",
+    "JOG_VELOCITIES",
     "MARKERS_ILLUSTRATION",
     "MARKERS_PERCEPTION",
     "MARKERS_PLAN",
@@ -46,6 +50,11 @@ SENSED = "~/sensed"
 PLAN_HOLDS = "~/plan_holds"
 PLAN_PATH = "~/plan_path"
 REGIONS = "~/regions"
+JOG_JOINTS = "~/delta_joint_cmds"
+JOG_TWIST = "~/delta_twist_cmds"
+"""Commands that jog a robot, by the names that MoveIt Servo has for them."""
+JOG_VELOCITIES = "~/jog_velocities"
+JOG_STATUS = "~/jog_status"
 DIAGNOSTICS = "/diagnostics"
 TRANSFORMS = "/tf"
 

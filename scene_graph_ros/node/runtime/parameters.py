@@ -8,6 +8,7 @@ are tested against it.
 from __future__ import annotations
 
 from scene_graph_ros.geometry.accuracy import Accuracy
+from scene_graph_ros.node.runtime.jog_parameters import JOG_PARAMETERS
 from scene_graph_ros.node.runtime.parameter import Parameter, Value
 
 __all__ = ["PARAMETERS", "defaults"]
@@ -342,6 +343,7 @@ PARAMETERS: tuple[Parameter, ...] = (
         "Folder that save_regions may write files to; empty: none.",
         read_only=True,
     ),
+    *JOG_PARAMETERS,
     Parameter(
         "contact_point_size",
         0.02,

@@ -75,31 +75,28 @@ class MotionProofs:
 
     def near_pairs(
         self,
-        q: NDArray[np.float64],
-        way: NDArray[np.float64],
-        beside: NDArray[np.float64],
+        edge: NDArray[np.float64],
+        changes: NDArray[np.float64],
         rules: tuple[float, float, float],
         obstacles: MovingObstacles | None,
     ) -> NearPairs:
-        """Return the pairs that a motion may bring too near, with their distances now.
+        """Return the pairs that a motion may bring too near, with their distances at its start.
 
-        It goes from q along ``way``, or up to ``beside`` it, ``(nq,)`` all; see
-        ``set_influences`` for the rules.
+        It goes along an edge ``(2, nq)`` or beside it; see ``set_influences`` for ``changes``
+        ``(4, nq)`` and the rules.
         """
         plan, desk = self._plan, self._desk
-        changes = np.abs(way) + beside
-        every = np.stack([changes, beside, q - changes, q + changes])
         fastest = self._still
         if obstacles is not None:
             fastest = np.zeros(len(fastest))
             moving = obstacles.table
             fastest[moving.bodies] = moving.fastest + moving.bounds
-        edge, influences = np.stack([q, q + way]), self._influences
+        influences = self._influences
         set_influences(
             self._checked,
             self._none,
             edge,
-            every,
+            changes,
             rules,
             fastest,
             self._both_joints,
@@ -109,7 +106,7 @@ class MotionProofs:
         np.add(plan.pairs.paddings, influences, out=self._paddings)
         np.add(self._radii, self._paddings, out=desk.table.reaches)
         self._most[:] = plan.pairs.most_paddings + influences.max(initial=0.0)
-        near_distances(desk.shapes, desk.written, q[np.newaxis], 0.0, desk.count)
+        near_distances(desk.shapes, desk.written, edge[:1], 0.0, desk.count)
         table, count = desk.table, desk.count.item()
         rows = table.rows[:count].copy()
         jacobians = table.gradients[:count].copy()

@@ -32,7 +32,7 @@ from scene_graph_ros.planning.velocities.velocity_arguments import (
 )
 from scene_graph_ros.planning.velocities.velocity_box import (
     joint_limits,
-    leaves_limits,
+    motion_of,
     steps_to_rest,
     velocity_box,
     VelocityBox,
@@ -197,6 +197,21 @@ class SafeVelocity:
         self._last = step.velocity
         return step
 
+    def brake(self, dt: float, present: ArrayLike | None = None) -> NDArray[np.float64]:
+        """Return the velocity ``(nv,)`` for the next ``dt`` (s) of a robot that brakes evenly.
+
+        Along its line, as the step before has proven: it needs no configuration, so it is there
+        where that is not known. ``present`` as for `filter`, which goes on from there. Raises
+        SafeVelocityError naming the argument and entry that is wrong.
+        """
+        step = number_from("dt", dt)
+        if step == 0.0:
+            raise SafeVelocityError("dt must be positive, not 0")
+        now = self._last if present is None else self._wanted.velocity("present", present)
+        ticks = steps_to_rest(np.abs(now), self._limits, step)
+        self._last = now * ((ticks - 1) / ticks)
+        return self._last.copy()
+
     # One tick.
 
     def _tick(
@@ -215,19 +230,13 @@ class SafeVelocity:
         now = self._last if present is None else self._wanted.velocity("present", present)
         moving = self._moving(obstacles)
         box = velocity_box(self._limits, position, now, step)
-        speeds = np.maximum(np.abs(box.low), np.abs(box.high))
         # Farther away no motion leads too near, nor does any use up distances too fast.
-        middle = 0.5 * (box.low + box.high)
-        half = np.maximum(0.5 * (box.high - box.low), np.abs(now - middle))
-        half = np.maximum(half, np.abs(box.braking - middle))
-        beside = half * box.longest + 0.5 * step * np.abs(now - middle) + half * step
         factor = max(1.0, 1.0 / (self._gain * box.longest))
         seconds = max(box.time + step, 1.0 / self._gain)
         rules = self._keep + 2.0 * _SPARE + _ALLOWED, factor, seconds
-        found = self._proofs.near_pairs(position, middle * box.longest, beside, rules, moving)
+        found = self._proofs.near_pairs(box.edge, box.changes, rules, moving)
         near = self._proofs.near_by(found.rows, moving)
-        drift = 0.5 * step * np.minimum(self._limits.accelerations * step, np.abs(now))
-        drifts = self._proofs.reaches(near, position, speeds * box.longest, drift)
+        drifts = self._proofs.reaches(near, position, box.most, box.drift)
         keeps, spares = self._pads(found, near, drifts)
         return _Tick(position, asked, now, step, box, found, near, keeps, spares, drifts)
 
@@ -324,14 +333,12 @@ class SafeVelocity:
     def _open(self, tick: _Tick, velocity: NDArray[np.float64], *, is_still: bool) -> int:
         """Return a pair that a step and the braking after it may bring too near, or NO_PAIR."""
         dt = tick.dt
-        brake = dt * steps_to_rest(np.abs(velocity), self._limits, dt)
-        way = velocity * (dt + 0.5 * brake)
-        drift = 0.5 * dt * _beside(tick.present, velocity)
-        if leaves_limits(self._limits, tick.q, way, drift):
+        motion = motion_of(self._limits, tick.q, velocity, tick.present, dt)
+        if motion.leaves_limits:
             return UNKNOWN
-        keeps = tick.keeps + tick.spares
-        if drift.any():
-            keeps += self._proofs.reaches(tick.near, tick.q, way, np.abs(drift))
+        way, brake, keeps = motion.way, motion.brake, tick.keeps + tick.spares
+        if motion.is_beside:
+            keeps += self._proofs.reaches(tick.near, tick.q, way, motion.beside)
         lag = dt / (dt + 0.5 * brake)
         profile = None if is_still else Profile(dt, brake, 2.0 * dt + brake, lag)
         return self._proofs.first_open(tick.near, tick.q, way, keeps, profile)
@@ -370,14 +377,3 @@ class SafeVelocity:
         if self._frames is None:
             self._frames = ObstacleFrames(self._plan, self._checker.snapshot)
         return self._frames.moving(obstacles)
-
-
-def _beside(present: NDArray[np.float64], velocity: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the part of the present velocity beside the new one, ``(nq,)``.
-
-    Of a velocity that changes evenly, the part along the new one leads along the same line, no
-    farther than at once; the rest leads away from it by half of a step at most.
-    """
-    square = float(velocity @ velocity)
-    part = min(max(float(present @ velocity) / square, 0.0), 1.0) if square > 0.0 else 0.0
-    return present - part * velocity

@@ -8,25 +8,28 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.planning.velocities.box_kernels import (
+    BOX_ROWS,
+    BoxLimits,
+    set_box,
+    set_motion,
+)
 from scene_graph_ros.planning.velocities.errors import SafeVelocityError
 from scene_graph_ros.robots.kinematic_tree import KinematicTree
 from scene_graph_ros.trajectories.motion_limits import MotionLimits
 
 __all__ = [
     "JointLimits",
+    "Motion",
     "VelocityBox",
     "joint_limits",
-    "leaves_limits",
+    "motion_of",
     "steps_to_rest",
     "velocity_box",
 ]
 
 _ROUNDING = 1e-9
 """Of a tick: the rounding that may be added to the time in which a robot brakes."""
-
-
-_AT_LIMIT = 1e-12
-"""rad or m: the way beyond a limit that is rounding."""
 
 
 class JointLimits(NamedTuple):
@@ -38,6 +41,11 @@ class JointLimits(NamedTuple):
     accelerations: NDArray[np.float64]
     """1 where a position may not move."""
     moves: NDArray[np.bool_]
+
+    @property
+    def table(self) -> BoxLimits:
+        """As kernels read them."""
+        return BoxLimits(self.lower, self.upper, self.velocities, self.accelerations)
 
 
 class VelocityBox(NamedTuple):
@@ -53,6 +61,28 @@ class VelocityBox(NamedTuple):
     """The velocity of a robot that brakes along its line."""
     brake_time: float
     """s: the time in which it does, a whole number of ticks."""
+    drift: NDArray[np.float64]
+    """How far a velocity that changes evenly leads beside one that changes at once."""
+    most: NDArray[np.float64]
+    """How far any of the motions leads."""
+    edge: NDArray[np.float64]
+    """``(2, nq)``: the motion in the middle."""
+    changes: NDArray[np.float64]
+    """``(4, nq)``: how far any of them leads in all, and beside the one in the middle, and the
+    least and largest positions."""
+
+
+class Motion(NamedTuple):
+    """A step and the braking after it, ``(nq,)``."""
+
+    way: NDArray[np.float64]
+    beside: NDArray[np.float64]
+    """How far it may be beside the way at its end, where the velocity changes evenly."""
+    brake: float
+    """s: how long it brakes."""
+    leaves_limits: bool
+    """Whether it may lead beyond a limit of a position."""
+    is_beside: bool
 
 
 def joint_limits(tree: KinematicTree, limits: MotionLimits) -> JointLimits:
@@ -83,56 +113,23 @@ def velocity_box(
     velocity changes at once or evenly. Where that leaves nothing, the box is that of velocities
     from which it comes to rest as soon as by braking now, and braking is in it.
     """
-    ticks = steps_to_rest(np.abs(present), limits, dt)
-    braking = present * ((ticks - 1) / ticks)
-    change = limits.accelerations * dt
-    low = np.maximum(present - change, -limits.velocities)
-    high = np.minimum(present + change, limits.velocities)
-    low, high = np.minimum(low, braking), np.maximum(high, braking)
-    count = steps_to_rest(np.maximum(np.abs(low), np.abs(high)), limits, dt)
-    inner_low, inner_high = _within_positions(limits, q, present, dt, count, low, high)
-    if (inner_low > inner_high).any():
-        count = max(1, ticks - 1)
-        inner_low, inner_high = _within_positions(limits, q, present, dt, count, low, high)
-        inner_low, inner_high = np.minimum(inner_low, braking), np.maximum(inner_high, braking)
-    inner_low[~limits.moves] = inner_high[~limits.moves] = 0.0
-    brake = dt * count
-    return VelocityBox(inner_low, inner_high, dt + 0.5 * brake, dt + brake, braking, dt * ticks)
+    box, numbers = np.empty((BOX_ROWS, len(q))), np.empty(3)
+    set_box(limits.table, q, present, dt, box, numbers)
+    longest, time, brake_time = numbers.tolist()
+    return VelocityBox(
+        box[0], box[1], longest, time, box[2], brake_time, box[3], box[4], box[5:7], box[7:]
+    )
 
 
-def _within_positions(
+def motion_of(
     limits: JointLimits,
     q: NDArray[np.float64],
+    velocity: NDArray[np.float64],
     present: NDArray[np.float64],
     dt: float,
-    count: int,
-    low: NDArray[np.float64],
-    high: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the part of a box from which a robot that brakes in so many ticks stays in limits."""
-    longest = dt * (1.0 + 0.5 * count)
-    most = limits.accelerations * (dt * count)
-    # At once it goes v longest; evenly it goes (present - v) dt / 2 farther.
-    above, below = np.maximum(limits.upper - q, 0.0), np.minimum(limits.lower - q, 0.0)
-    drift, shorter = 0.5 * dt * present, longest - 0.5 * dt
-    high = np.minimum(high, np.minimum(above / longest, (above - drift) / shorter))
-    low = np.maximum(low, np.maximum(below / longest, (below - drift) / shorter))
-    return np.maximum(low, -most), np.minimum(high, most)
-
-
-def leaves_limits(
-    limits: JointLimits,
-    q: NDArray[np.float64],
-    way: NDArray[np.float64],
-    drift: NDArray[np.float64],
-) -> bool:
-    """Tell whether a way from q, and a drift beside it, may lead beyond a limit of a position.
-
-    All ``(nq,)``. Beyond one already, it may lead no farther.
-    """
-    end = q + way
-    above, below = np.maximum(end, end + drift), np.minimum(end, end + drift)
-    return bool(
-        (above > np.maximum(limits.upper, q) + _AT_LIMIT).any()
-        or (below < np.minimum(limits.lower, q) - _AT_LIMIT).any()
-    )
+) -> Motion:
+    """Return the motion of a step of dt (s) with a velocity, and the braking after it."""
+    rows, numbers = np.empty((2, len(q))), np.empty(3)
+    set_motion(limits.table, q, velocity, present, dt, rows, numbers)
+    brake, leaves, beside = numbers.tolist()
+    return Motion(rows[0], rows[1], brake, leaves > 0.0, beside > 0.0)

@@ -11,7 +11,7 @@ from pose_wires import assert_places, assert_same, known, STAMP, Target, taught,
 import pytest
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
-from tf_messages import tf_message_class
+from workspace_messages import message_class
 
 from msg_adapters.poses import (
     joints_from_msg,
@@ -127,7 +127,7 @@ def test_transforms_with_stamps_and_names_between_their_numbers(rng):
 
 def test_transforms_with_stamps_of_their_own(rng):
     """As a TFMessage has them: several stamps, names between the numbers."""
-    kind = tf_message_class()
+    kind = message_class("tf2_msgs", "TFMessage")
     names = ["a", "bcd", "efghij"]
     message = kind(transforms=[stamped(rng, name, STAMP + i) for i, name in enumerate(names)])
     wire = taught("tf2_msgs/msg/TFMessage", message)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from robot_inputs import FREE, MS, NOW, ODOMETRY, odometry, Robot, TWO
 from sensor_msgs.msg import JointState, MultiDOFJointState
-from tf_messages import tf_message_class
+from workspace_messages import message_class
 
 from msg_adapters.poses import multi_dof_joint_state_to_msg
 from msg_adapters.stamps import stamp_to_msg
@@ -206,7 +206,7 @@ def test_a_virtual_joint_moves_the_base(tmp_path):
 
 def transforms(*rows):
     """Return a message of (child, parent, x, stamp)."""
-    message = tf_message_class()()
+    message = message_class("tf2_msgs", "TFMessage")()
     for child, parent, x, stamp in rows:
         one = TransformStamped(child_frame_id=child)
         one.header.frame_id, one.header.stamp = parent, stamp_to_msg(stamp)
@@ -228,7 +228,7 @@ TF_BASE = "    base: {{tf: [map, {}base]{}}}\n"
 @pytest.mark.parametrize("slash", ["", "/"])
 def test_a_base_by_tf_is_composed_of_moving_and_static_transforms(tmp_path, more, x, stamp, slash):
     """Odom in map is of 10 ms ago, half way between two samples of footprint in odom."""
-    tf_message_class()
+    message_class("tf2_msgs", "TFMessage")
     robot = Robot(tmp_path, TWO, keys=TF_BASE.format(slash, more))
     static = transforms((f"{slash}base", "footprint", 0.25, NOW - 3600 * 1000 * MS))
     assert not robot.send(BASE_POSES, static, is_static=True)
@@ -249,7 +249,7 @@ def test_a_base_by_tf_is_composed_of_moving_and_static_transforms(tmp_path, more
 
 def test_a_base_by_static_transforms_alone_never_gets_old(tmp_path):
     """It is where they put it, and holds no request up."""
-    tf_message_class()
+    message_class("tf2_msgs", "TFMessage")
     robot = Robot(tmp_path, TWO, keys=TF_BASE.format("", ""))
     rows = ("base", "odom", 2.0, 1), ("odom", "map", 1.0, 1)
     assert robot.send(BASE_POSES, transforms(*rows), is_static=True)
