@@ -216,6 +216,11 @@ class _Saving:
                     f"renderer {name!r} is a {engine.type_name}, which is not saved. Remedy:"
                     " remove_renderer, and add_renderer on what is loaded"
                 )
+            if getattr(engine, "environment_map", None) is not None:
+                raise SceneSaveError(
+                    f"renderer {name!r} has an environment_map, whose pixels a scene file can't"
+                    " hold. Remedy: remove_renderer, and add_renderer on what is loaded"
+                )
             found.append({"name": name, "type": kind, **(parse_yaml(parameters, name).data or {})})
         return found
 

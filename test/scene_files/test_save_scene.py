@@ -27,7 +27,11 @@ from scene_graph_ros.geometry import (
     SceneGraph,
     Sphere,
 )
-from scene_graph_ros.geometry.perception import ExactRenderEngine
+from scene_graph_ros.geometry.perception import (
+    EnvironmentMap,
+    ExactRenderEngine,
+    TracedRenderEngine,
+)
 from scene_graph_ros.geometry.spatial.poses import poses_from_quaternions
 from scene_graph_ros.scene_files import load_scene, save_scene, SceneSaveError
 
@@ -276,3 +280,17 @@ def test_a_matrix_is_a_pose_of_its_own():
     ):
         with pytest.raises(SceneFileError, match=said):
             load_scene_text(f"{start}{{{pose}}}}}").apply(SceneGraph())
+
+
+def test_light_from_all_around_is_refused_by_name(tmp_path):
+    """No file is left behind; without the renderer the scene is saved."""
+    sky = EnvironmentMap(np.full((4, 8, 3), 0.5))
+    scene_graph = SceneGraph()
+    scene_graph.add_renderer("dusk", TracedRenderEngine(environment_map=sky))
+    path = tmp_path / "scene.yaml"
+    with pytest.raises(SceneSaveError, match="renderer 'dusk' has an environment_map"):
+        save_scene(scene_graph, path)
+    assert not list(tmp_path.iterdir())
+    scene_graph.remove_renderer("dusk")
+    save_scene(scene_graph, path)
+    assert path.exists()

@@ -7,10 +7,11 @@ import math
 import numpy as np
 
 from scene_graph_ros.convex.questions.answers import gaps_of, Projection, Support
+from scene_graph_ros.convex.questions.surrounding import ROUNDING
 from scene_graph_ros.convex.solve.ellipsoids.ellipsoid_distance import nearest_on_axes
 from scene_graph_ros.geometry.tolerances import EPSILON
 
-__all__ = ["project_on_axes", "support_of_axes", "unit_ball_volume"]
+__all__ = ["inner_of_axes", "project_on_axes", "support_of_axes", "unit_ball_volume"]
 
 
 def unit_ball_volume(n: int) -> float:
@@ -31,6 +32,20 @@ def support_of_axes(
     way = stretched / length if length > 0.0 else stretched
     point = center + axes @ (np.where(free, 0.0, radii) * way)
     return Support(float(d @ center) + length, point, 0.0)
+
+
+def inner_of_axes(
+    axes: np.ndarray, radii: np.ndarray, center: np.ndarray, d: np.ndarray, drawn: float | None
+) -> tuple[np.ndarray, float] | None:
+    """Return the point ``(n,)`` furthest along d, drawn to the centre by a share; None without.
+
+    Behind it is a bound of the rounding in each coordinate.
+    """
+    if drawn is None:
+        return None
+    found = support_of_axes(axes, radii, center, d).point
+    size = float(np.abs(center).max(initial=0.0) + radii.max(initial=0.0))
+    return center + (1.0 - drawn) * (found - center), ROUNDING * len(d) * size
 
 
 def project_on_axes(

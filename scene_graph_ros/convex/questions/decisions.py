@@ -8,6 +8,7 @@ import numpy as np
 
 from scene_graph_ros.convex.questions.certificates import Certificate, Decision
 from scene_graph_ros.convex.questions.quick_answers import reached
+from scene_graph_ros.convex.questions.surrounding import surround
 from scene_graph_ros.convex.solve.cones.lift import shared_point
 from scene_graph_ros.convex.solve.cutting.cutting import find_in_cones, rows_with_cuts
 from scene_graph_ros.convex.solve.cutting.recession_in_cones import recession_in_cones
@@ -94,6 +95,8 @@ def meet_by_reach(*sets: Any) -> bool | None:
     apart, points = reached(*sets)
     if apart:
         return False
+    if surround(*sets):
+        return True
     kinds = (each._hull_of_points() for each in sets)
     fewer = tuple(
         each if kind is None else kind(found)

@@ -121,7 +121,7 @@ def reached(one: Any, other: Any) -> tuple[bool, tuple[np.ndarray, np.ndarray]]:
 
     is_apart = False
     try:
-        distance, nearest, _ = nearest_by_support(reach, np.zeros(n))
+        distance, nearest, _ = nearest_by_support(reach, np.zeros(n), 4.0 * _APART * n)
         if distance > 0.0:
             value, _, gap = reach(-nearest / distance)
             is_apart = value + gap < -_APART * n * float(np.abs(seen).max())

@@ -18,6 +18,7 @@ from scene_graph_ros.convex.questions.arguments import (
     as_whole,
 )
 from scene_graph_ros.convex.questions.axes import (
+    inner_of_axes,
     project_on_axes,
     support_of_axes,
     unit_ball_volume,
@@ -170,6 +171,14 @@ class AffineBall(ConvexSet):
 
     def _support(self, d: np.ndarray) -> Support:
         return support_of_axes(*self._axes, self._center, d)
+
+    @property
+    def drawn_in(self) -> float:
+        """Nothing: points of the map are inside but for the rounding of their coordinates."""
+        return 0.0
+
+    def _inner_reach(self, d: np.ndarray) -> tuple[np.ndarray, float] | None:
+        return inner_of_axes(*self._axes, self._center, d, self.drawn_in)
 
     def _project(self, points: np.ndarray) -> Projection:
         return project_on_axes(*self._axes, self._center, points)

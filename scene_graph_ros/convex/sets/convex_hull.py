@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+import functools
 from typing import Any
 
 import numpy as np
 
 from scene_graph_ros.convex.questions.answers import Support
+from scene_graph_ros.convex.questions.surrounding import DRAWN_IN
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.convex.sets.members import as_members, common_dimension, member
 from scene_graph_ros.convex.sets.pairwise_intersections import own_box
+from scene_graph_ros.convex.sets.reach_of_members import ReachOfMembers
 from scene_graph_ros.convex.sets.v_polytope import VPolytope
 from scene_graph_ros.convex.solve.cones.lift import Ball, equations, joined, Lift
+from scene_graph_ros.geometry.spatial.sums import product
 
 __all__ = ["ConvexHull"]
 
@@ -21,9 +25,6 @@ _FEW_MEMBERS = 8
 
 _MOST_BOX_DIMENSIONS = 4
 """A box's corners are twice as many with each dimension, its rows two more."""
-
-_DRAWN_IN = 1e-6
-"""Of the way to a point of its set: so much a rounded point is moved, half of it to be inside."""
 
 
 class ConvexHull(ConvexSet):
@@ -62,6 +63,10 @@ class ConvexHull(ConvexSet):
         """Return whether empty sets were looked for."""
         return self._removed
 
+    @functools.cached_property
+    def _reaches(self) -> ReachOfMembers:
+        return ReachOfMembers(self._participating, self.ambient_dimension)
+
     def _hull_of_points(self) -> Callable[[np.ndarray], ConvexSet] | None:
         is_exact = all(_own_corners(each) is not None for each in self._participating)
         return VPolytope if is_exact else self._hull_of_inner_points
@@ -72,8 +77,8 @@ class ConvexHull(ConvexSet):
         for each in self._participating:
             start = each.maybe_get_feasible_point()
             if start is not None:
-                is_in = each.point_in_set(start + (1.0 - 0.5 * _DRAWN_IN) * (points - start), 0.0)
-                inner.append(start + (1.0 - _DRAWN_IN) * (points[is_in] - start))
+                is_in = each.point_in_set(start + (1.0 - 0.5 * DRAWN_IN) * (points - start), 0.0)
+                inner.append(start + (1.0 - DRAWN_IN) * (points[is_in] - start))
         return VPolytope(np.concatenate(inner))
 
     def _is_quickly_empty(self) -> bool:
@@ -126,9 +131,17 @@ class ConvexHull(ConvexSet):
     def _support(self, d: np.ndarray) -> Support:
         if not self._participating:
             return super()._support(d)
-        reached = [each.support(d) for each in self._participating]
-        best = max(reached, key=lambda each: each.value)
-        return Support(best.value, best.point, max(each.gap for each in reached))
+        values, points, gaps = self._reaches.along(d)
+        k = int(values.argmax())
+        return Support(float(values[k]), points[k], float(gaps.max()))
+
+    def _inner_reach(self, d: np.ndarray) -> tuple[np.ndarray, float] | None:
+        points, moved = self._reaches.inner(d)
+        along = product(points, d)
+        if np.isnan(along).all():
+            return None
+        k = int(np.nanargmax(along))
+        return points[k], float(moved[k])
 
     def _outside(self, points: np.ndarray) -> np.ndarray:
         found = self.projection(points)

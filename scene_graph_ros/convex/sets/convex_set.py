@@ -30,6 +30,7 @@ from scene_graph_ros.convex.questions.membership import (
     Membership,
 )
 from scene_graph_ros.convex.questions.quick_answers import meet, support_of_rows
+from scene_graph_ros.convex.questions.surrounding import drawn_in
 from scene_graph_ros.convex.solve.cones.lift import Lift, shared_point
 from scene_graph_ros.convex.solve.cutting.cutting import find_in_cones, Found
 from scene_graph_ros.convex.solve.exact.maximize import maximize
@@ -213,6 +214,13 @@ class ConvexSet(abc.ABC):
             if certificate
             else not decision.value
         )
+
+    def _inner_reach(self, d: np.ndarray) -> tuple[np.ndarray, float] | None:
+        """Return a point ``(n,)`` nearly as far along d as the set reaches, None if unknown.
+
+        Behind it is what rounding may have moved each coordinate by.
+        """
+        return drawn_in(self, d)
 
     def _has_matrices(self) -> bool:
         """Tell whether a program has to be solved for how far the set reaches."""

@@ -17,11 +17,13 @@ from scene_graph_ros.convex.questions.arguments import (
     as_whole,
 )
 from scene_graph_ros.convex.questions.axes import (
+    inner_of_axes,
     project_on_axes,
     support_of_axes,
     unit_ball_volume,
 )
 from scene_graph_ros.convex.questions.ellipsoids import circumscribed
+from scene_graph_ros.convex.questions.surrounding import WELL_CONDITIONED
 from scene_graph_ros.convex.sets.affine_ball import AffineBall
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.convex.sets.from_shapes import (
@@ -154,6 +156,10 @@ class Hyperellipsoid(ConvexSet):
         known = found > max(self._A.shape) * EPSILON * found.max(initial=0.0)
         return axes.T, np.divide(1.0, found, out=np.full(n, np.inf), where=known)
 
+    def _is_quickly_bounded(self) -> bool | None:
+        # Radii are finite where the form's rank is beyond doubt; elsewhere it is decided exactly.
+        return True if np.isfinite(self._axes[1]).all() else None
+
     def minimum_uniform_scaling_to_touch(self, other: ConvexSet) -> tuple[float, np.ndarray]:
         """Return the smallest factor of this set about its centre at which it meets another.
 
@@ -181,6 +187,21 @@ class Hyperellipsoid(ConvexSet):
 
     def _support(self, d: np.ndarray) -> Support:
         return support_of_axes(*self._axes, self._center, d)
+
+    @functools.cached_property
+    def drawn_in(self) -> float | None:
+        """Share of its way to the centre that moves any computed point of the surface inside.
+
+        Of the axes of a form rounding moves as much as the form is thin. None where the set is
+        unbounded, or nothing but the exact form tells.
+        """
+        least, most = self._axes[1].min(initial=np.inf), self._axes[1].max(initial=0.0)
+        if not most <= WELL_CONDITIONED * least or np.isinf(most):
+            return None
+        return 64.0 * (self.ambient_dimension + 2) * EPSILON * float(most / least)
+
+    def _inner_reach(self, d: np.ndarray) -> tuple[np.ndarray, float] | None:
+        return inner_of_axes(*self._axes, self._center, d, self.drawn_in)
 
     def _project(self, points: np.ndarray) -> Projection:
         return project_on_axes(*self._axes, self._center, points)

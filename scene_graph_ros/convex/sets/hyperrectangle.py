@@ -106,6 +106,9 @@ class Hyperrectangle(ConvexSet):
         corner = np.where(d > 0.0, self._ub, self._lb)
         return Support(float(product(d, corner)), corner, 0.0)
 
+    def _inner_reach(self, d: np.ndarray) -> tuple[np.ndarray, float] | None:
+        return self._support(d).point, 0.0
+
     def _project(self, points: np.ndarray) -> Projection:
         nearest = np.clip(points, self._lb, self._ub)
         return Projection(np.linalg.norm(points - nearest, axis=1), nearest, np.zeros(len(points)))

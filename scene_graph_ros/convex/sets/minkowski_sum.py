@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from scene_graph_ros.convex.sets.from_shapes import (
 )
 from scene_graph_ros.convex.sets.hyperellipsoid import Hyperellipsoid
 from scene_graph_ros.convex.sets.members import as_members, common_dimension, member
+from scene_graph_ros.convex.sets.reach_of_members import ReachOfMembers
 from scene_graph_ros.convex.sets.v_polytope import VPolytope
 from scene_graph_ros.convex.solve.cones.lift import equations, joined, Lift
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
@@ -80,6 +82,10 @@ class MinkowskiSum(ConvexSet):
             return super().maybe_get_point()
         return np.sum(parts, axis=0) if parts else np.zeros(self.ambient_dimension)
 
+    @functools.cached_property
+    def _reaches(self) -> ReachOfMembers:
+        return ReachOfMembers(self._terms, self.ambient_dimension)
+
     def _is_quickly_empty(self) -> bool:
         return any(term.is_empty() for term in self._terms)
 
@@ -115,16 +121,19 @@ class MinkowskiSum(ConvexSet):
         return joined([equations(E, np.zeros(n)), *placed])
 
     def _support(self, d: np.ndarray) -> Support:
-        reached = [term.support(d) for term in self._terms]
-        for each in reached:
-            if each.value == np.inf:
-                return each
-        rounding = len(reached) * EPSILON * sum(abs(each.value) for each in reached)
-        return Support(
-            sum(each.value for each in reached),
-            sum((each.point for each in reached), np.zeros(len(d))),
-            sum(each.gap for each in reached) + rounding,
-        )
+        values, points, gaps = self._reaches.along(d)
+        endless = np.flatnonzero(values == np.inf)
+        if len(endless):
+            return Support(np.inf, points[endless[0]], 0.0)
+        rounding = len(values) * EPSILON * float(np.abs(values).sum())
+        return Support(float(values.sum()), points.sum(axis=0), float(gaps.sum()) + rounding)
+
+    def _inner_reach(self, d: np.ndarray) -> tuple[np.ndarray, float] | None:
+        points, moved = self._reaches.inner(d)
+        if np.isnan(points).any():
+            return None
+        rounding = len(points) * EPSILON * float(np.abs(points).sum(axis=0).max())
+        return points.sum(axis=0), float(moved.sum()) + rounding
 
     def _outside(self, points: np.ndarray) -> np.ndarray:
         found = self.projection(points)

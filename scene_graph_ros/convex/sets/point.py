@@ -65,6 +65,9 @@ class Point(ConvexSet):
     def _support(self, d: np.ndarray) -> Support:
         return Support(float(product(d, self._x)), self._x, 0.0)
 
+    def _inner_reach(self, d: np.ndarray) -> tuple[np.ndarray, float] | None:
+        return self._support(d).point, 0.0
+
     def _project(self, points: np.ndarray) -> Projection:
         return Projection(
             self._outside(points), np.tile(self._x, (len(points), 1)), np.zeros(len(points))

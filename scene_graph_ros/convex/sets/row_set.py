@@ -11,6 +11,7 @@ from scene_graph_ros.convex.errors import SolverError
 from scene_graph_ros.convex.questions.answers import Projection
 from scene_graph_ros.convex.questions.arguments import as_matrix, as_vector
 from scene_graph_ros.convex.questions.quick_answers import (
+    center_of_rows,
     is_row_bounded,
     point_of_rows,
 )
@@ -85,6 +86,11 @@ class RowSet(ConvexSet):
     @functools.cached_property
     def _quick_point(self) -> tuple[bool | None, np.ndarray]:
         return point_of_rows(self._A, self._b)
+
+    @functools.cached_property
+    def center_in_floats(self) -> np.ndarray | None:
+        """The centre ``(n,)`` of the largest ball inside; None where floats leave it open."""
+        return center_of_rows(self._A, self._b) if len(self._b) else None
 
     def _inner(self, question: str) -> np.ndarray:
         is_empty, x = self._quick_point

@@ -174,6 +174,9 @@ class VPolytope(ConvexSet):
         k = int(reached.argmax())
         return Support(float(reached[k]), self._vertices[k], 0.0)
 
+    def _inner_reach(self, d: np.ndarray) -> tuple[np.ndarray, float] | None:
+        return self._support(d).point, 0.0
+
     def _project(self, points: np.ndarray) -> Projection:
         nearest = self._nearest(points) if self.ambient_dimension else points.copy()
 

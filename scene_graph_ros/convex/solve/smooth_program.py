@@ -36,6 +36,9 @@ _OPTIONS = {
     "ipopt.acceptable_iter": 0,
 }
 
+_DERIVATIVES = {"grad_f": "nlp_grad_f", "jac_g": "nlp_jac_g", "hess_lag": "nlp_hess_l"}
+"""CasADi's options for derivatives, and the names of those that a solver has written out."""
+
 _PUSH = 1e-8
 
 _AGAIN = {
@@ -72,7 +75,12 @@ class SmoothProgram:
     def at(self, M: np.ndarray, m: np.ndarray) -> Any:
         """Return rows as an expression ``(k, 1)``."""
         ca = self._ca
-        return ca.mtimes(ca.sparsify(ca.DM(M)), self._y) + ca.DM(m)
+        # Of a long program's variables a row takes few.
+        taken = np.flatnonzero(M.any(axis=0))
+        if not len(taken):
+            return ca.SX(ca.DM(m))
+        some = ca.sparsify(ca.DM(M[:, taken]))
+        return ca.mtimes(some, self._y[taken.tolist()]) + ca.DM(m)
 
     def add_equations(self, M: np.ndarray, m: np.ndarray) -> None:
         """Ask that rows are 0; those that follow from others are left out."""
@@ -146,10 +154,9 @@ class SmoothProgram:
             "f": sum(self._costs, ca.SX(0)),
             "g": ca.vertcat(self.at(M[kept], m[kept]), *self._others),
         }
-        return [
-            ca.nlpsol("first", "ipopt", program, _OPTIONS),
-            ca.nlpsol("again", "ipopt", program, _OPTIONS | _AGAIN),
-        ]
+        first = ca.nlpsol("first", "ipopt", program, _OPTIONS)
+        same = {name: first.get_function(own) for name, own in _DERIVATIVES.items()}
+        return [first, ca.nlpsol("again", "ipopt", program, _OPTIONS | _AGAIN | same)]
 
 
 def _independent(M: np.ndarray) -> np.ndarray:

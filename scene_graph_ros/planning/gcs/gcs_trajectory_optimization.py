@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+import copy
 import dataclasses
 import itertools
 from typing import Any
@@ -88,6 +89,15 @@ class GcsTrajectoryOptimization(AllSubgraphs):
         """The graph that is solved, to look into."""
         self._settle()
         return self._graph
+
+    def clone(self) -> GcsTrajectoryOptimization:
+        """Return another problem with the same subgraphs, edges, costs and constraints.
+
+        In the order of `get_subgraphs` and `get_edges_between_subgraphs`; regions are shared.
+        """
+        self._settle()
+        kept = [region for each in self._subgraphs for region in each.regions]
+        return copy.deepcopy(self, {id(region): region for region in kept})
 
     def estimate_complexity(self) -> int:
         """Return the number of variables' appearances in all costs and constraints.

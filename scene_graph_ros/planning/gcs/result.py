@@ -79,7 +79,8 @@ class GcsTrajectoryResult:
     velocity_excess: float = 0.0
     """How far a velocity is beyond its bound, relative to the larger of both its bounds."""
     derivative_jump: float = 0.0
-    """By how much a derivative of q(t) that was asked to go on jumps, relative to its size."""
+    """By how much a derivative of q(t) that was asked to go on jumps, relative to its size, or to
+    that of the way in the segment's duration where that is larger."""
     derivative_excess: float = 0.0
     """How far a bounded derivative above the first is beyond its bound, relative to that."""
     unrest: float = 0.0
@@ -188,10 +189,13 @@ def _rates(step: Step, order: int) -> np.ndarray:
 
 def _derivative_jump(steps: Sequence[Step]) -> float:
     worst = 0.0
-    for first, second in itertools.pairwise(steps):
+    for both in itertools.pairwise(steps):
+        first, second = both
         for order in first.continuous:
             a, b = _rates(first, order), _rates(second, order)
-            size = max(float(np.abs(a).max()), float(np.abs(b).max())) or 1.0
+            # Where it is 0 but for rounding, it is small beside the way in that time.
+            ways = [float(np.ptp(s.points, axis=0).max()) / s.duration**order for s in both]
+            size = max(float(np.abs(a).max()), float(np.abs(b).max()), *ways) or 1.0
             worst = max(worst, float(np.abs(b[0] - a[-1]).max()) / size)
     return worst
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from scene_graph_ros.convex.solve.smooth_program import SmoothProgram
 from scene_graph_ros.geometry.optimization import (
     ConvexSetError,
     GraphOfConvexSetsOptions,
@@ -291,3 +292,43 @@ def test_complexity_counts_what_is_asked():
     graph.add_continuity_constraints(1)
     assert graph.estimate_complexity() > before + regions
     assert GcsTrajectoryOptimization(3).estimate_complexity() == 0
+
+
+def along_a_line():
+    """Return a problem of three boxes in a row, its start, regions, goal and edges."""
+    graph = GcsTrajectoryOptimization(1)
+    boxes = [Hyperrectangle([k - 0.2], [k + 1.2]) for k in range(3)]
+    free = graph.add_regions(boxes, 4, h_min=0.1)
+    start, goal = (graph.add_regions([Point([x])], 0) for x in (0.0, 3.0))
+    between = graph.add_edges(start, free), graph.add_edges(free, goal)
+    graph.add_time_cost()
+    graph.add_velocity_bounds([-1.0], [1.0])
+    return graph, start, free, goal, between
+
+
+def test_one_search_is_enough_near_the_bound(monkeypatch):
+    """Full speed all along costs what the convex part does; from rest to rest it is 3 s for 4."""
+    searches = []
+    solve = SmoothProgram.solve
+
+    def counted(self, start):
+        searches.append(None)
+        return solve(self, start)
+
+    monkeypatch.setattr(SmoothProgram, "solve", counted)
+    options = GraphOfConvexSetsOptions(max_rounded_paths=1)
+    graph, start, _, goal, _ = along_a_line()
+    graph.add_continuity_constraints(2)
+    trajectory, result = graph.solve_path(start, goal, options)
+    assert result.cost == pytest.approx(3.0, abs=1e-6)
+    assert trajectory.end_time == pytest.approx(3.0, abs=1e-6)
+    assert len(searches) == 1
+    searches.clear()
+    graph, start, free, goal, between = along_a_line()
+    for each in between:
+        each.add_zero_derivative_constraints(1)
+    free.add_nonlinear_derivative_bounds([-1.0], [1.0], 2)
+    _, result = graph.solve_path(start, goal, options)
+    # 1 s to full speed and 1 s from it cover 1 m, so that 2 m at 1 m/s are left.
+    assert result.cost > 4.0
+    assert len(searches) == 5

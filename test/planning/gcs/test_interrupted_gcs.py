@@ -186,6 +186,7 @@ def regions_on_the_way(world):
 
 
 ASKED = {
+    "clone": lambda w: w.gcs.clone().estimate_complexity(),
     "path": lambda w: summary(w.gcs.solve_path(w.start, w.goal)),
     "restriction": lambda w: summary(w.gcs.solve_convex_restriction(regions_on_the_way(w))),
     "drawing": lambda w: w.gcs.get_graphviz_string(),

@@ -57,16 +57,19 @@ def with_functions(
     """
     program, generator = _Program(problem, path), np.random.default_rng(0)
     best, least = list(start), (True, np.inf, np.inf)
+    # No points of these sets that keep what is convex cost less than the first ones.
+    bound = program.cost(start)
     for trial in range(_TRIALS):
-        away = _BESIDE if trial == 1 else _AWAY
+        away = _BESIDE if least[0] else _AWAY
         found, is_optimal = program.solve(
             start if trial == 0 else program.near(start, away, generator)
         )
         worst = program.violation(found)
         rank = (not is_optimal, max(worst, _KEPT), program.cost(found))
+        is_kept = is_optimal and worst <= _KEPT
         if rank < least:
             best, least = found, rank
-        if not program.is_smooth and is_optimal and worst <= _KEPT:
+        if is_kept and (not program.is_smooth or rank[2] - bound <= _LITTLE * abs(bound)):
             break
     if least[0] and least[1] <= _ACCEPTED:
         raise SolverError(
@@ -80,12 +83,15 @@ _TRIALS = 5
 """From how many starts the best is taken; where functions are somebody's own, the first of these
 that leads to a local optimum."""
 
+_LITTLE = 3e-2
+"""Of a lower bound: where so little is left to gain, no other start is tried."""
+
 _KEPT, _ACCEPTED = 1e-8, 1e-7
 """By how much points may break something for a search to end, and to be kept at all."""
 
 _BESIDE, _AWAY = 1e-4, 0.4
-"""Of the half width of a set: how far from its point it is begun elsewhere. First beside it, as a
-search that is lost from one point may end well from the next."""
+"""Of the half width of a set: how far from its point it is begun elsewhere. Beside it while no
+search ended well, as one that is lost from one point may end well from the next."""
 
 
 class _Program:

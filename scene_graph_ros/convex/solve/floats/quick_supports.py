@@ -16,7 +16,7 @@ from scene_graph_ros.convex.solve.linear_algebra.doubled import bounded_residual
 from scene_graph_ros.geometry.compiled.kernel import kernel
 from scene_graph_ros.geometry.tolerances import EPSILON
 
-__all__ = ["extents_quickly", "support_quickly"]
+__all__ = ["extents_quickly", "support_quickly", "supports_quickly"]
 
 _ROUNDING = 16.0 * EPSILON
 """Relative to the largest multiplier: one below zero that is rounding."""
@@ -54,6 +54,18 @@ def support_quickly(A, b, start, goal, x):
     for k in range(n):
         gap += abs(rest[k]) * max(abs(x[k]), abs(start[k]))
     return gap
+
+
+@kernel
+def supports_quickly(A, b, firsts, starts, goal, points, gaps):
+    """Fill the points ``(m, n)`` of m sets furthest along a goal, and gaps ``(m,)``.
+
+    Set s has the rows from ``firsts[s]`` to ``firsts[s + 1]`` and the point ``starts[s]``; gaps
+    are those of `support_quickly`.
+    """
+    for s in range(len(starts)):
+        own = slice(firsts[s], firsts[s + 1])
+        gaps[s] = support_quickly(A[own], b[own], starts[s], goal, points[s])
 
 
 @kernel

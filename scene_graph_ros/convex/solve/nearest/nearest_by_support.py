@@ -31,12 +31,15 @@ _SHORT = 1e-11
 
 
 def nearest_by_support(
-    reach: Callable[[np.ndarray], tuple[float, np.ndarray, float]], p: np.ndarray
+    reach: Callable[[np.ndarray], tuple[float, np.ndarray, float]],
+    p: np.ndarray,
+    apart: float = np.inf,
 ) -> tuple[float, np.ndarray, float]:
     """Return the distance of p ``(n,)`` from a bounded set, the nearest point and the gap.
 
-    ``reach(direction)`` is the set's support, the point, and a bound of the value's
-    shortfall.
+    ``reach(direction)`` is the set's support, the point, and a bound of the value's shortfall.
+    The search ends, too, where the distance is surely more than ``apart``, relative to the
+    numbers in play.
     """
     direction = np.where(p != 0.0, p, 1.0)
     _, first, _ = reach(direction / np.linalg.norm(direction))
@@ -56,6 +59,8 @@ def nearest_by_support(
         if min(gap, distance) < best[2]:
             best, idle = (distance, x, min(gap, distance)), 0
         is_known = (points == furthest).all(axis=1).any()
+        if distance - gap > apart * size:
+            return distance, x, gap
         if gap <= _GAP * size or is_known or idle > _MOST_IDLE:
             break
         points = np.concatenate([points, furthest[None]])
