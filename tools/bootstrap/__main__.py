@@ -93,7 +93,7 @@ def _set_up_project(
     then, too.
     """
     environment.check_machine(with_compiler=True)
-    setup = Setup(venv / "setup", count=4 + with_tests + len(kernels))
+    setup = Setup(venv / "setup", count=4 + 2 * with_tests + len(kernels))
 
     def compile_kernels(core: str) -> None:
         # All at once: the last ones of the main job do not keep all processors busy.
@@ -121,7 +121,8 @@ def _install_ros(setup: Setup, venv: Path, with_tests: bool) -> None:
     _interfaces(setup, venv, _ROOT / "scene_graph_msgs", venv, wheels, only_python)
     if with_tests:
         workspace = _ROOT / "test" / "workspace"
-        _interfaces(setup, venv, workspace / "tf2_msgs", venv / "test_workspace", wheels)
+        for package in ("tf2_msgs", "octomap_msgs"):
+            _interfaces(setup, venv, workspace / package, venv / "test_workspace", wheels)
 
 
 def _set_up_core(venv: Path) -> None:
