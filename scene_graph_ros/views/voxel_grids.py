@@ -60,5 +60,4 @@ def _halved(solid: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return the mask of blocks of 2 x 2 x 2 voxels of which one is solid."""
     whole = np.pad(solid, [(0, n % 2) for n in solid.shape])
     nx, ny, nz = (n // 2 for n in whole.shape)
-    result: NDArray[np.bool_] = whole.reshape(nx, 2, ny, 2, nz, 2).any(axis=(1, 3, 5))
-    return result
+    return np.asarray(whole.reshape(nx, 2, ny, 2, nz, 2).any(axis=(1, 3, 5)))

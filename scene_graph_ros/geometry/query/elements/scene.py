@@ -142,9 +142,9 @@ def two_fields(snapshot: Snapshot, one: GeometryId, other: GeometryId) -> Unsupp
     """Return the error for a pair of height fields or voxel grids."""
     names = [snapshot.inspector.get_path(each) for each in sorted((one, other))]
     return UnsupportedPairError(
-        f"{names[0]} against {names[1]} has no answer: two height fields, two voxel grids, or one"
-        " of each, are not measured against each other. Exclude the pair by a collision filter,"
-        " or register one of them as a Mesh."
+        f"{names[0]} against {names[1]} has no answer: two fields, of heights or voxels, are not"
+        " measured against each other. Exclude the pair by a collision filter, or register one of"
+        " them as a Mesh."
     )
 
 
