@@ -17,7 +17,9 @@ settings.load_profile("patient")
 
 @pytest.fixture(scope="session", autouse=True)
 def meshes_kept_apart(tmp_path_factory):
-    """Keep results about meshes in a folder of the tests, where nothing is yet."""
-    folder = tmp_path_factory.mktemp("meshes")
+    """Keep results about meshes in a folder of the run, empty at first, for all its processes."""
+    base = tmp_path_factory.getbasetemp()
+    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "meshes"
+    folder.mkdir(mode=0o700, exist_ok=True)
     os.environ["SCENE_GRAPH_ROS_MESH_CACHE"] = str(folder)
     return folder

@@ -110,7 +110,10 @@ def flaw_of(emulator: str, processor: str) -> str:
     command = [emulator, "-cpu", processor, sys.executable, "-c", _PROBE]
     environment = {**os.environ, "_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1"}
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
-    is_right = done.returncode == 0 and done.stdout.split() == ["0", "1"]
+    if done.returncode != 0:
+        said = done.stderr.strip().splitlines() or [f"ended with {done.returncode}"]
+        return f"the emulator does not run Python: {said[-1]}"
+    is_right = done.stdout.split() == ["0", "1"]
     return "" if is_right else "the emulator's BLSI has a wrong carry flag; qemu 8.0 has it right"
 
 

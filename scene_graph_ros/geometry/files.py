@@ -2,7 +2,8 @@
 
 A name may be that of a device, a pipe, a file of 40 GB or on a server that is gone, or a secret of
 the user's. All of them are refused with ``OSError``, whose ``strerror`` says why.
-``test/tools/test_files_of_others.py`` lists each place that opens a file otherwise, with its reason.
+``test/tools/test_files_of_others.py`` lists each place that opens a file otherwise, with its
+reason.
 """
 
 from __future__ import annotations

@@ -45,14 +45,23 @@ def test_both_kernels_of_blas_numpys_and_the_c_librarys_oldest_are_asked():
 
 
 @pytest.mark.parametrize(
-    ("said", "is_right"), [("0 1", True), ("1 0", False), ("", False), ("exit 3", False)]
+    ("script", "flaw"),
+    [
+        ("echo 0 1", ""),
+        ("echo 1 0", "BLSI"),
+        ("echo", "BLSI"),
+        ("exit 3", "does not run Python: ended with 3"),
+        ("echo a; echo 'no library' >&2; exit 127", "does not run Python: no library"),
+    ],
 )
-def test_an_emulator_that_counts_bits_wrongly_is_named(tmp_path, said, is_right):
-    """It is asked by machine code; one that can't run that is none to ask, either."""
+def test_an_emulator_that_counts_bits_wrongly_is_named(tmp_path, script, flaw):
+    """It is asked by machine code; one that can't run that says why."""
     emulator = tmp_path / "emulator"
-    emulator.write_text(f"#!/bin/sh\n{said if 'exit' in said else f'echo {said}'}\n")
+    emulator.write_text(f"#!/bin/sh\n{script}\n")
     emulator.chmod(0o755)
-    assert ("BLSI" in flaw_of(str(emulator), "Haswell")) != is_right
+    found = flaw_of(str(emulator), "Haswell")
+    assert flaw in found
+    assert bool(flaw) == bool(found)
 
 
 @pytest.mark.skipif("x86-64-v3" not in baselines_here(), reason="the code is for x86-64-v3")

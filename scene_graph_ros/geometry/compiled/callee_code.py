@@ -9,12 +9,15 @@ calls one of them, it is compiled as a whole (`kernel`).
 from __future__ import annotations
 
 from collections.abc import Callable
+import functools
 from typing import Any, NamedTuple
 
 from numba.core import compiler, event, typing
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
+
+from scene_graph_ros.geometry.compiled.slice_errors import with_short_slice_errors
 
 __all__ = ["CalleeLibrary", "Callees", "EntryPoint", "Kept", "link_environments"]
 
@@ -78,7 +81,12 @@ class Callees:
         self._dispatcher, self._kept = dispatcher, kept
         self.results: dict[tuple[Any, ...], Any] = {}
         """As numba describes them."""
-        self._compiler = _CalleeCompiler(
+
+    @functools.cached_property
+    def _compiler(self) -> _CalleeCompiler:
+        """Made when first asked for: a process declares far more kernels than it compiles."""
+        dispatcher = self._dispatcher
+        return _CalleeCompiler(
             dispatcher.py_func,
             dispatcher.targetdescr,
             dispatcher.targetoptions,
@@ -124,7 +132,7 @@ class Callees:
         self._dispatcher._cache_misses[args] += 1
         told = {"dispatcher": self._dispatcher, "args": args, "return_type": None}
         with event.trigger_event("numba:compile", data=told):
-            result = self._compiler.compile(args, None)
+            result = with_short_slice_errors(self._compiler.compile)(args, None)
         self._kept.save(args, result)
         return result
 

@@ -17,6 +17,7 @@ from scene_graph_ros.geometry.compiled.cache import (
 from scene_graph_ros.geometry.compiled.callee_code import Callees, Kept, link_environments
 from scene_graph_ros.geometry.compiled.lean_code import has_bitcode
 from scene_graph_ros.geometry.compiled.signal_shield import shielded
+from scene_graph_ros.geometry.compiled.slice_errors import with_short_slice_errors
 
 __all__ = [
     "compilation_count",
@@ -64,6 +65,8 @@ def _prepare_for_python(dispatcher: Any, cache: KernelCache) -> None:
         finally:
             cache.release()
 
+    compiler = dispatcher._compiler
+    compiler.compile = with_short_slice_errors(compiler.compile)
     dispatcher._cache = cache  # as numba's enable_caching, with a cache of ours
     dispatcher.add_overload, dispatcher.compile = add_overload, shielded(compile_alone)
 

@@ -42,6 +42,8 @@ from scene_graph_ros.geometry.perception import (
 
 LENS = CameraIntrinsics(24, 18, 20.0, 21.0, 10.3, 9.1)
 CLIPPING = ClippingRange(0.01, 50.0)
+_POLL = 0.01
+"""Seconds after which a server looks whether it is to end; by default half a second."""
 
 
 def form_of(handler):
@@ -74,7 +76,7 @@ def serving(answer):
 
     server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
     server.daemon_threads = True
-    thread = threading.Thread(target=server.serve_forever, daemon=True)
+    thread = threading.Thread(target=server.serve_forever, args=(_POLL,), daemon=True)
     thread.start()
     try:
         yield f"http://127.0.0.1:{server.server_port}", forms
@@ -361,7 +363,7 @@ def test_a_server_that_drips_is_cut_off():
 
     server = ThreadingHTTPServer(("127.0.0.1", 0), Dripping)
     server.daemon_threads = True
-    threading.Thread(target=server.serve_forever, daemon=True).start()
+    threading.Thread(target=server.serve_forever, args=(_POLL,), daemon=True).start()
     try:
         engine = GltfClientRenderEngine(f"http://127.0.0.1:{server.server_port}", timeout=0.5)
         with pytest.raises(EngineError, match=r"no answer within 0\.5 s"):
