@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.errors import InvalidShapeError
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.real_arrays import whole_array
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.geometry.shapes.element_shape import ElementKind, ElementShape
 from scene_graph_ros.geometry.tolerances import MAX_SHAPE_SIZE, MIN_SHAPE_SIZE
@@ -114,14 +115,12 @@ def _again(occupancy: Occupancy, voxel: float, unknown_is_free: bool) -> VoxelGr
 
 def checked_occupancy(value: Any, edge: float, label: str, error: type[Exception]) -> Occupancy:
     """Return states ``(nx, ny, nz)``, copied and read-only; raises as VoxelGrid does."""
-    try:
-        given = np.asarray(value)
-    except ValueError:
-        raise error(f"{label} must be (nx, ny, nz) states, not rows of other lengths") from None
+    if type(value) is np.ndarray and value.dtype.kind in "iub":
+        given = value  # as small as it is
+    else:
+        given = whole_array(value, f"{label} must be whole numbers", error)
     if given.ndim != 3:
         raise error(f"{label} must be (nx, ny, nz), not {given.shape}")
-    if given.size and given.dtype.kind not in "iub":
-        raise error(f"{label} must be whole numbers or truth values, not {given.dtype}")
     if given.size > MOST_VOXELS:
         raise error(f"{label} must have at most {MOST_VOXELS} voxels, not {given.size}")
     if max(given.shape) * edge > MAX_SHAPE_SIZE:

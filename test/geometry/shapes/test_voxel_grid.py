@@ -42,8 +42,8 @@ def test_a_grid_has_a_copy_that_nobody_can_change():
     ("arguments", "told"),
     [
         ((STATES[0], 0.1), r"occupancy must be \(nx, ny, nz\), not \(2, 2\)"),
-        (([[[0], [1, 2]]], 0.1), "rows of other lengths"),
-        ((0.5 * STATES, 0.1), "whole numbers or truth values, not float64"),
+        (([[[0], [1, 2]]], 0.1), "occupancy must be whole numbers"),
+        ((0.5 * STATES, 0.1), "occupancy must be whole numbers"),
         ((3 * STATES, 0.1), r"occupancy\[0, 0, 1\] must be 0 \(free\).*not 3"),
         ((-STATES, 0.1), r"occupancy\[0, 0, 1\] must be 0 \(free\).*not -1"),
         ((STATES, 0.0), "voxel must be an edge from 1e-09 m to 1e\\+09 m, not 0.0"),
