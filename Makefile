@@ -166,6 +166,7 @@ bench: all-kernels peers  ## compare speed with the peers
 	$(RUN) -m benchmarks.motions --picture docs/motion_times.png
 	$(RUN) -m benchmarks.plans --all --ompl --picture docs/solved.png
 	$(RUN) -m benchmarks.solids_speed --before 8a3c575 --out docs
+	$(RUN) -m benchmarks.mesh_queries --before 8a3c575 --out docs
 
 accuracy: all-kernels peers  ## compare accuracy with the peers: tables and plots
 	$(RUN) -m benchmarks.accuracy

@@ -14,9 +14,7 @@ from collections.abc import Callable, Iterator
 import contextlib
 import os
 from pathlib import Path
-import subprocess
-import sys
-import tempfile
+import textwrap
 import time
 from unittest import mock
 
@@ -24,6 +22,7 @@ import manifold3d
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.earlier_sources import sources_of, worker
 from benchmarks.machine import machine
 from scene_graph_ros.geometry.meshes.solids import solid
 from scene_graph_ros.geometry.meshes.surfaces import build_surface
@@ -33,7 +32,6 @@ __all__ = ["medians", "read_times", "table_of", "unite_times"]
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-_ROOT = Path(__file__).parents[1]
 _START, _END = "<!-- measured: reading -->", "<!-- end of reading -->"
 _LIBRARY, _UNITED = "`manifold3d` alone", "reading and uniting them"
 _READ, _PLAIN, _BEFORE = "reading it", "without the search for crossings", "before repairs"
@@ -105,34 +103,11 @@ for _ in sys.stdin:
 @contextlib.contextmanager
 def _earlier(commit: str, vertices: FloatArray, faces: IntArray) -> Iterator[Callable[[], float]]:
     """Give a call that lets the sources of a commit read a mesh, and returns its CPU seconds."""
-    with tempfile.TemporaryDirectory() as folder:
-        archive = subprocess.run(
-            ["git", "archive", commit, "scene_graph_ros"],
-            cwd=_ROOT,
-            check=True,
-            capture_output=True,
-        )
-        subprocess.run(["tar", "-x", "-C", folder], input=archive.stdout, check=True)
-        mesh = Path(folder) / "mesh.npz"
+    with sources_of(commit) as folder:
+        mesh = folder / "mesh.npz"
         np.savez(mesh, vertices=vertices, faces=faces)
-        with subprocess.Popen(
-            [sys.executable, "-c", _WORKER, str(mesh)],
-            cwd=folder,
-            env={**os.environ, "PYTHONPATH": folder},
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-        ) as worker:
-            assert worker.stdin is not None
-            assert worker.stdout is not None
-            lines, answers = worker.stdin, worker.stdout
-
-            def read() -> float:
-                lines.write("again\n")
-                lines.flush()
-                return float(answers.readline())
-
-            yield read
+        with worker(_WORKER, folder, str(mesh)) as process:
+            yield lambda: float(process.ask("again"))
 
 
 def unite_times(rounds: int) -> dict[str, float]:
@@ -222,7 +197,7 @@ def main() -> None:
     page = options.out / "meshes.md"
     before, _, rest = page.read_text().partition(_START)
     after = rest.partition(_END)[2]
-    told = "\n".join(["", "", machine(load).strip(), "", *lines, "", ""])
+    told = "\n".join(["", "", textwrap.fill(machine(load).strip(), 99), "", *lines, "", ""])
     page.write_text(before + _START + told + _END + after)
 
 

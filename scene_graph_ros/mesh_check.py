@@ -21,6 +21,7 @@ from scene_graph_ros.geometry.meshes.sources import (
 from scene_graph_ros.geometry.model.contact_properties import MESH_GROUP, PIECES
 from scene_graph_ros.geometry.model.mesh_properties import mesh_meant
 from scene_graph_ros.geometry.model.properties import ProximityProperties
+from scene_graph_ros.missing_package import not_installed
 
 __all__ = ["draw_open_edges", "is_mesh_file", "mesh_file_report", "mesh_summary"]
 
@@ -62,7 +63,7 @@ def draw_open_edges(path: Path, picture: Path) -> None:
     picture that can't be written.
     """
     if importlib.util.find_spec("matplotlib") is None:
-        raise MeshError("a picture takes matplotlib: pip install matplotlib")
+        raise MeshError(not_installed("a picture", "matplotlib"))
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(8.0, 8.0), layout="constrained")

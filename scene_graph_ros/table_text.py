@@ -13,6 +13,8 @@ from typing import Any, TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.missing_package import not_installed
+
 if TYPE_CHECKING:
     import pandas
 
@@ -67,7 +69,7 @@ def as_pandas(
     try:
         import pandas as pd
     except ImportError as error:
-        raise ImportError("to_pandas needs pandas: pip install pandas") from error
+        raise ImportError(not_installed("to_pandas", "pandas")) from error
     names = {f"name_{each.removeprefix('id_')}": each for each in ids if each in columns}
     chosen = [*names, *columns] if wanted is None else _checked(wanted, [*names, *columns])
     found: dict[str, Any] = {}

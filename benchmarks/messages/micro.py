@@ -28,8 +28,9 @@ from msg_adapters.scene import marker_items
 from msg_adapters.wire.markers import MarkerWire
 from scene_graph_ros.geometry import Role, SceneGraph
 from scene_graph_ros.geometry.spatial.poses import poses_from_quaternions
-from scene_graph_ros.node.world.intake import Intake, TimeLimits
+from scene_graph_ros.node.world.intake import Intake
 from scene_graph_ros.node.world.pose_channel import PoseChannel
+from scene_graph_ros.node.world.time_limits import TimeLimits
 from scene_graph_ros.node.world.world import World
 from scene_graph_ros.scene_files import load_scene_text
 

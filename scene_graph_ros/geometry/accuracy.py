@@ -7,6 +7,7 @@ import importlib.util
 from typing import Any, TypeVar
 
 from scene_graph_ros.geometry.errors import EngineError, QueryArgumentError
+from scene_graph_ros.missing_package import not_installed
 
 __all__ = ["BOUNDS", "Accuracy", "Engine", "as_accuracy", "as_engine"]
 
@@ -58,5 +59,5 @@ def as_engine(value: Any) -> Engine:
     """
     engine = _as_choice(Engine, "engine", value)
     if engine is Engine.FCL and importlib.util.find_spec("fcl") is None:
-        raise EngineError("engine 'fcl' needs the package python-fcl: pip install python-fcl")
+        raise EngineError(not_installed("engine 'fcl'", "python-fcl"))
     return engine

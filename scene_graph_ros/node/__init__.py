@@ -6,20 +6,13 @@ Only this folder imports rclpy. ``world`` keeps the model and its poses, ``effec
 node in a program: ``from scene_graph_ros.node import SceneGraphNode``, which imports it.
 """
 
-import importlib
-from typing import Any, TYPE_CHECKING
+from typing import TYPE_CHECKING
+
+from scene_graph_ros.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from scene_graph_ros.node.node import SceneGraphNode as SceneGraphNode
 
 __all__ = ["SceneGraphNode"]
 
-
-def __getattr__(name: str) -> Any:
-    if name != "SceneGraphNode":
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return importlib.import_module(f"{__name__}.node").SceneGraphNode
-
-
-def __dir__() -> list[str]:
-    return [*globals(), *__all__]
+__getattr__, __dir__ = lazy_names(__name__)

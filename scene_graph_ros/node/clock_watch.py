@@ -10,8 +10,9 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 
 from scene_graph_ros.node.diagnostics import Monitor
-from scene_graph_ros.node.world.intake import TimeLimits, UNSTAMPED
+from scene_graph_ros.node.world.intake import UNSTAMPED
 from scene_graph_ros.node.world.subscriptions import Subscriptions
+from scene_graph_ros.node.world.time_limits import TimeLimits
 from scene_graph_ros.node.world.world import World
 
 if TYPE_CHECKING:

@@ -19,15 +19,15 @@ from msg_adapters.diagnostics import (
 )
 from scene_graph_ros.node.diagnostics_of_parts import Parts
 from scene_graph_ros.node.effects.state import EffectReport
-from scene_graph_ros.node.world.intake import (
+from scene_graph_ros.node.world.faults import (
     CONFIGURATION_FAULTS,
     Fault,
     IMAGE_FAULTS,
     INFO_FAULTS,
     POINT_FAULTS,
     POSE_FAULTS,
-    Statistics,
 )
+from scene_graph_ros.node.world.intake import Statistics
 from scene_graph_ros.node.world.source_topics import CAMERA_INFO, DEPTH_IMAGES
 from scene_graph_ros.views.moment import Trouble
 

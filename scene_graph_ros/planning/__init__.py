@@ -3,8 +3,9 @@
 The names below are imported when they are first used.
 """
 
-import importlib
-from typing import Any, TYPE_CHECKING
+from typing import TYPE_CHECKING
+
+from scene_graph_ros.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from scene_graph_ros.planning.certified.cspace_free_box import CspaceFreeBox
@@ -280,135 +281,4 @@ __all__ = [
     "visibility_graph",
 ]
 
-_MODULES = {
-    "planning.certified.cspace_free_box": ("CspaceFreeBox",),
-    "planning.certified.cspace_free_polytope": ("CspaceFreePolytope",),
-    "planning.certified.distance_certificate": ("DistanceCertificate",),
-    "planning.certified.distance_search": ("certify_by_distances",),
-    "planning.certified.errors": ("CertificateError",),
-    "planning.certified.pair_certificate": ("PairCertificate",),
-    "planning.certified.polytope_certificate": ("PairFailure", "PolytopeCertificate"),
-    "planning.certified.rational_kinematics": ("RationalForwardKinematics",),
-    "planning.certified.search_options": (
-        "BilinearAlternationOptions",
-        "BinarySearchOptions",
-        "EllipsoidMarginCost",
-    ),
-    "planning.checker.added_shapes": ("BodyShapeDescription", "make_body_shape_description"),
-    "planning.checker.checker_bodies": ("CheckerBody",),
-    "planning.checker.checker_contexts": ("CollisionCheckerContext",),
-    "planning.checker.checker_interface": ("CollisionChecker",),
-    "planning.checker.collision_avoidance": ("compute_collision_avoidance_displacement",),
-    "planning.checker.collision_checker": ("SceneGraphCollisionChecker",),
-    "planning.checker.collision_checker_params": ("CollisionCheckerParams",),
-    "planning.checker.distance_and_interpolation": (
-        "DistanceAndInterpolationProvider",
-        "LinearDistanceAndInterpolationProvider",
-    ),
-    "planning.checker.homogeneous_filters": ("HeterogeneousFiltersError",),
-    "planning.checker.robot_clearance": (
-        "ClearanceColumns",
-        "RobotClearance",
-        "RobotCollisionType",
-    ),
-    "planning.checker.unimplemented_checker": ("UnimplementedCollisionChecker",),
-    "planning.cliques.adjacency": ("CliqueError",),
-    "planning.cliques.clique_cover": ("MinCliqueCoverSolverBase", "MinCliqueCoverSolverViaGreedy"),
-    "planning.cliques.max_clique": (
-        "MaxCliqueSolverBase",
-        "MaxCliqueSolverViaBranchAndBound",
-        "MaxCliqueSolverViaGreedy",
-        "MaxCliqueSolverViaMip",
-    ),
-    "planning.cliques.visibility_graph": ("visibility_graph",),
-    "planning.diagrams.dof_mask": ("DofMask",),
-    "planning.diagrams.robot_diagram": ("RobotDiagram", "load_robot_diagram"),
-    "planning.diagrams.robot_diagram_builder": ("DiagramBuiltError", "RobotDiagramBuilder"),
-    "planning.edges.edge_measure": ("EdgeMeasure", "EdgeStatus"),
-    "planning.errors": ("CollisionCheckerError", "PlanningError"),
-    "planning.gcs.edges_between_subgraphs": ("EdgesBetweenSubgraphs",),
-    "planning.gcs.gcs_trajectory_optimization": ("GcsTrajectoryOptimization",),
-    "planning.gcs.plan_through_regions": ("RegionPlan", "plan_through_regions"),
-    "planning.gcs.result": ("GcsTrajectoryResult",),
-    "planning.gcs.subgraph": ("Subgraph",),
-    "planning.ik.many_poses": ("PosesReached", "inverse_kinematics_of_poses"),
-    "planning.ik.pose_solver": (
-        "InverseKinematics",
-        "InverseKinematicsFailure",
-        "inverse_kinematics",
-    ),
-    "planning.ik.pose_target": ("InverseKinematicsError", "PoseTarget"),
-    "planning.motion.trajectory_planner": ("plan_trajectory",),
-    "planning.optimal_control.collocation_constraint": (
-        "DirectCollocationConstraint",
-        "add_direct_collocation_constraint",
-    ),
-    "planning.optimal_control.direct_collocation": ("DirectCollocation",),
-    "planning.optimal_control.direct_transcription": ("DirectTranscription",),
-    "planning.optimal_control.dynamics": ("Dynamics",),
-    "planning.optimal_control.errors": (
-        "DynamicsError",
-        "MissingCasadiError",
-        "TrajectoryOptimizationError",
-    ),
-    "planning.optimal_control.kinematic_curve": ("BsplineBasis",),
-    "planning.optimal_control.kinematic_result": ("KinematicTrajectoryResult",),
-    "planning.optimal_control.kinematic_trajectory_optimization": (
-        "KinematicTrajectoryOptimization",
-    ),
-    "planning.optimal_control.multiple_shooting": ("MultipleShooting",),
-    "planning.optimal_control.nonlinear_program": ("NonlinearProgram",),
-    "planning.optimal_control.program_result": (
-        "ConstraintViolation",
-        "ProgramResult",
-        "SolveStatus",
-    ),
-    "planning.optimal_control.shooting_result": ("TrajectoryOptimizationResult",),
-    "planning.optimal_control.solver_options": ("SolverOptions",),
-    "planning.paths.ompl_bridge.ompl_library": ("MissingOmplError",),
-    "planning.paths.ompl_bridge.ompl_planner": ("OmplPlanner",),
-    "planning.paths.ompl_bridge.ompl_space": ("OmplSpace",),
-    "planning.paths.path_planner": ("plan_path",),
-    "planning.paths.planned_path": ("Plan", "PlanProgress", "PlanStage"),
-    "planning.paths.roadmaps.roadmap": ("Roadmap",),
-    "planning.paths.roadmaps.roadmap_building": ("build_roadmap",),
-    "planning.paths.search.position_space": ("get_continuous_revolute_joint_indices",),
-    "planning.plan_failure": ("PlanFailure",),
-    "planning.regions.around_seeds": ("region_around", "regions_along", "regions_around"),
-    "planning.regions.clique_cover": (
-        "RegionCover",
-        "iris_in_configuration_space_from_clique_cover",
-    ),
-    "planning.regions.cover_options": ("IrisFromCliqueCoverOptions",),
-    "planning.regions.errors": ("RegionError", "RegionNotFoundError"),
-    "planning.regions.iris_np": ("iris_in_configuration_space",),
-    "planning.regions.iris_zo": ("iris_zo",),
-    "planning.regions.iris_zo_options": ("IrisZoOptions",),
-    "planning.regions.np_options": ("IrisNpOptions",),
-    "planning.regions.region_record": ("ConfigurationRegion",),
-    "planning.straight.straight_plan": ("StraightFailure", "StraightPlan"),
-    "planning.straight.straight_planner": ("plan_straight",),
-    "planning.timing.curve_timing": ("time_curve",),
-    "planning.timing.path_timing": ("prove_trajectory", "time_path"),
-    "planning.timing.timing_problem": ("TimedPath", "TimingFailure"),
-    "planning.velocities.errors": ("SafeVelocityError",),
-    "planning.velocities.safe_step": ("DistantPair", "SafeStep"),
-    "planning.velocities.safe_velocity": ("SafeVelocity",),
-    "planning.walking.zmp_planner": ("ZmpPlanner", "ZmpPlannerError"),
-    "trajectories.retimers.retimer_libraries": ("MissingRetimerError",),
-    "trajectories.retimers.ruckig_retimer": ("RuckigRetimer",),
-    "trajectories.retimers.toppra_retimer": ("ToppraRetimer",),
-}
-_MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _MODULE_OF:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(importlib.import_module(f"scene_graph_ros.{_MODULE_OF[name]}"), name)
-    globals()[name] = value
-    return value
-
-
-def __dir__() -> list[str]:
-    return [*globals(), *__all__]
+__getattr__, __dir__ = lazy_names(__name__)

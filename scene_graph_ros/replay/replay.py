@@ -24,12 +24,13 @@ from scene_graph_ros.node.world.inputs import (
     message_type,
     POSES,
 )
-from scene_graph_ros.node.world.intake import Intake, TimeLimits, UNSTAMPED
+from scene_graph_ros.node.world.intake import Intake, UNSTAMPED
 from scene_graph_ros.node.world.queued_channel import QueuedChannel
 from scene_graph_ros.node.world.scene import Edit, SourceRecord
 from scene_graph_ros.node.world.scenes import Described, SceneLoader
 from scene_graph_ros.node.world.source_channel import apply_kept, SourceChannel
 from scene_graph_ros.node.world.source_topics import CAMERA_INFO, DEPTH_IMAGES
+from scene_graph_ros.node.world.time_limits import TimeLimits
 from scene_graph_ros.node.world.world import World, WorldSnapshot
 from scene_graph_ros.replay.reader import Recorded, RecordingError
 

@@ -3,8 +3,9 @@
 Files are read by ``scene_files``. The names below are imported when they are first used.
 """
 
-import importlib
-from typing import Any, TYPE_CHECKING
+from typing import TYPE_CHECKING
+
+from scene_graph_ros.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from scene_graph_ros.robots.adjacency import adjacent_pairs
@@ -29,26 +30,4 @@ __all__ = [
     "tree_inertias",
 ]
 
-_MODULES = {
-    "adjacency": ("adjacent_pairs",),
-    "kinematic_tree": ("KinematicTree",),
-    "kinematics": ("JointStateError", "Kinematics"),
-    "registration": ("register_robot",),
-    "robot_model": ("RobotModel",),
-    "semantic_model": ("SemanticModel",),
-    "tree_joint": ("KinematicTreeError",),
-    "inertias": ("TreeInertias", "tree_inertias"),
-}
-_MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _MODULE_OF:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(importlib.import_module(f"{__name__}.{_MODULE_OF[name]}"), name)
-    globals()[name] = value
-    return value
-
-
-def __dir__() -> list[str]:
-    return [*globals(), *__all__]
+__getattr__, __dir__ = lazy_names(__name__)

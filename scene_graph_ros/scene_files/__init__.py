@@ -4,8 +4,9 @@ The names below are imported when they are first used, so that a robot's kinemat
 schema of scenes. Those of ``robots`` are here, too, beside their readers.
 """
 
-import importlib
-from typing import Any, TYPE_CHECKING
+from typing import TYPE_CHECKING
+
+from scene_graph_ros.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from scene_graph_ros.located import Location, SceneFileError
@@ -55,40 +56,4 @@ __all__ = [
     "save_scene",
 ]
 
-_MODULES = {
-    "scene_graph_ros.located": ("Location", "SceneFileError"),
-    "scene_graph_ros.robots": (
-        "JointStateError",
-        "Kinematics",
-        "RobotModel",
-        "SemanticModel",
-        "register_robot",
-    ),
-    f"{__name__}.loaded_scene": ("LoadedRobot", "LoadedScene", "LoadedSource"),
-    f"{__name__}.packages": ("UnknownPackageError", "find_package", "resolve_resource"),
-    f"{__name__}.robot_trees": ("load_kinematic_tree",),
-    f"{__name__}.saved_scene": ("save_scene",),
-    f"{__name__}.saved_values": ("SceneSaveError",),
-    f"{__name__}.scene": ("Scene", "load_scene", "load_scene_text"),
-    f"{__name__}.schema": ("json_schema",),
-    f"{__name__}.srdf": ("load_srdf",),
-    f"{__name__}.urdf": ("load_urdf",),
-}
-_MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _MODULE_OF:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    try:
-        module = importlib.import_module(_MODULE_OF[name])
-    except AttributeError as error:
-        # As it is, it would be taken for a name that this package has not.
-        raise ImportError(f"{_MODULE_OF[name]} can't be imported: {error}") from error
-    value = getattr(module, name)
-    globals()[name] = value
-    return value
-
-
-def __dir__() -> list[str]:
-    return [*globals(), *__all__]
+__getattr__, __dir__ = lazy_names(__name__)

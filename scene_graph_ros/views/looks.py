@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.meshes.color_warnings import MeshColorWarning
 from scene_graph_ros.geometry.meshes.triangle_colors import triangle_colors
+from scene_graph_ros.geometry.shapes.every_kind import every_kind
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 from scene_graph_ros.views.draw_list import DrawItem
@@ -34,7 +35,7 @@ class Look(NamedTuple):
     size: Size
 
 
-_LOOKS: dict[ShapeKind, Callable[[Any], Look]] = {
+_OF_KINDS: dict[ShapeKind, Callable[[Any], Look]] = {
     ShapeKind.SPHERE: lambda s: Look("ellipsoid", (s.radius, s.radius, s.radius)),
     ShapeKind.ELLIPSOID: lambda s: Look("ellipsoid", (s.a, s.b, s.c)),
     ShapeKind.BOX: lambda s: Look("box", (s.width, s.depth, s.height)),
@@ -44,6 +45,7 @@ _LOOKS: dict[ShapeKind, Callable[[Any], Look]] = {
     ShapeKind.CONVEX: lambda s: Look("mesh", (1.0, 1.0, 1.0)),
     ShapeKind.MESH: lambda s: Look("mesh", (1.0, 1.0, 1.0)),
 }
+_LOOKS = every_kind("looks", _OF_KINDS)
 
 
 def look_of(item: DrawItem) -> Look:

@@ -9,7 +9,7 @@ from scene_graph_msgs.msg import Status
 from scene_graph_ros.node.effects.declarations import CAMERA_TOPICS, CAMERAS, EFFECTS
 from scene_graph_ros.node.runtime import names, qos
 from scene_graph_ros.node.world import configuration_inputs, point_inputs, queued_channel
-from scene_graph_ros.node.world.intake import Fault
+from scene_graph_ros.node.world.faults import Fault
 from scene_graph_ros.node.world.tf_channel import STATIC_TOPIC
 from tools.node_tables import written
 

@@ -13,24 +13,16 @@ ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "recipes.md").read_text()
 NARROWPHASE = "scene_graph_ros/geometry/narrowphase/"
 HULLS = {"CONVEX", "MESH"}
-FLAT_HULLS = {"HALF_SPACE", *HULLS}
 WITHOUT_A_NAME = {
     "msg_adapters/markers.py": {"MESH"},
-    "geometry/broadphase/extents.py": HULLS,
     "geometry/deformable/rigid_surface.py": {"BOX", "HALF_SPACE", "MESH"},
     "geometry/meshes/tessellate/__init__.py": {"HALF_SPACE"},
     "geometry/model/hydroelastic_properties.py": {"BOX", *HULLS},
     "convex/iris/scene_obstacles.py": HULLS,
-    "geometry/perception/exact/normals.py": FLAT_HULLS,
-    "geometry/perception/exact/parametrization.py": FLAT_HULLS,
-    "geometry/perception/exact/ray_intervals.py": FLAT_HULLS,
-    "geometry/perception/surfaces.py": HULLS,
     "geometry/query/distance/dispatch.py": {"CONVEX"},
     "robots/registration.py": {"CONVEX", "HALF_SPACE"},
     "geometry/query/distance/fcl_engine.py": {"MESH"},
     "geometry/query/distance/local_surface.py": HULLS,
-    "planning/pairs/checker_plan.py": HULLS,
-    "planning/pairs/inner_covers.py": HULLS,
     "views/skins.py": {"SPHERE", *HULLS},
 }
 """Shapes that files of the recipe do not name: they get what is left, such as what holds of hulls,

@@ -17,9 +17,10 @@ from scene_graph_msgs.msg import DeformableConfigurations
 from scene_graph_ros.geometry import GeometryInstance, ProximityProperties, SceneGraph, Sphere
 from scene_graph_ros.node.world.configurations import ConfigurationChannel
 from scene_graph_ros.node.world.inputs import make_channel, POSES
-from scene_graph_ros.node.world.intake import Intake, TimeLimits
+from scene_graph_ros.node.world.intake import Intake
 from scene_graph_ros.node.world.robot_motion import RobotMotion
 from scene_graph_ros.node.world.scene import SourceRecord
+from scene_graph_ros.node.world.time_limits import TimeLimits
 from scene_graph_ros.node.world.world import World
 from scene_graph_ros.scene_files import load_scene_text
 

@@ -133,7 +133,7 @@ CHECKED_ELSEWHERE = {
     "Table.__repr__": "names of columns, cut",
     "FoundPlan.__repr__": "numbers, or a sentence that is cut",
     "Execution.__repr__": "numbers",
-    "_Costly.__repr__": "a name, cut",
+    "Costly.__repr__": "a name, cut",
 }
 """What has no array or text of any length in it, with the reason."""
 

@@ -19,6 +19,7 @@ __all__ = [
     "distances",
     "inside",
     "random_solid",
+    "with_motes",
     "with_specks",
     "written",
 ]
@@ -224,6 +225,26 @@ def with_specks(rng, solid):
         specks.append(shape._replace(vertices=small + rng.uniform(lower, upper)))
     turned = solid.is_turned + [False] * len(specks)
     return solid._replace(bodies=solid.bodies + specks, is_turned=turned), len(specks)
+
+
+def with_motes(rng, solid):
+    """Return a solid with bodies of some 1e-12 to 1e-10 of its size in its hull, and these.
+
+    They are too small to be cut along other bodies, and large enough to be kept: each has a ball
+    of 1e-12 of the size in it, or more.
+    """
+    corners = np.vstack([body.vertices for body in solid.bodies])
+    motes = []
+    for _ in range(int(rng.integers(1, 4))):
+        shape = convex_body(shape_points(rng) @ rotation(rng).T)
+        middle = shape.vertices.mean(axis=0)
+        thickness = (shape.offsets - shape.normals @ middle).min()
+        small = shape.vertices * solid.size * 10.0 ** rng.uniform(-12.0, -10.5) / thickness
+        at = small + rng.dirichlet(np.ones(len(corners))) @ corners
+        motes.append(shape._replace(vertices=at, offsets=(at @ shape.normals.T).max(axis=0)))
+    turned = solid.is_turned + [False] * len(motes)
+    common = solid.has_common_edges
+    return solid_of_bodies(solid.bodies + motes, turned, has_common_edges=common), motes
 
 
 def inside(solid, points):

@@ -4,7 +4,7 @@ from robot_scenes import diagram
 
 from scene_graph_ros.planning import SceneGraphCollisionChecker
 
-__all__ = ["gantry"]
+__all__ = ["gantry", "gantry_in"]
 
 # A ball on three rails.
 GANTRY = """<robot name="gantry"><link name="base"/><link name="x"/><link name="y"/>
@@ -16,16 +16,21 @@ RAIL = """<joint name="{name}" type="prismatic"><parent link="{parent}"/><child 
 
 def gantry(case, folder, radius):
     """Return a checker of a ball whose configuration is its place in the mesh's frame."""
-    rails = [("x", "base", "1 0 0"), ("y", "x", "0 1 0"), ("z", "y", "0 0 1")]
-    joints = [RAIL.format(name=f"to_{c}", parent=p, child=c, axis=a) for c, p, a in rails]
     mesh = case.mesh
     lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in mesh.vertices.tolist()]
     lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in mesh.faces.tolist()]
-    (folder / "mesh.obj").write_text("\n".join(lines))
+    return gantry_in("\n".join(lines), folder, radius, "{representation: triangles}")
+
+
+def gantry_in(obj, folder, radius, properties):
+    """Return such a checker for the text of an OBJ file, and properties of its mesh in YAML."""
+    rails = [("x", "base", "1 0 0"), ("y", "x", "0 1 0"), ("z", "y", "0 0 1")]
+    joints = [RAIL.format(name=f"to_{c}", parent=p, child=c, axis=a) for c, p, a in rails]
+    (folder / "mesh.obj").write_text(obj)
     scene = f"""
 geometries:
   - {{name: mesh, source: around, shape: {{type: mesh, file: {folder}/mesh.obj}},
-     roles: {{proximity: {{mesh: {{representation: triangles}}}}}}}}
+     roles: {{proximity: {{mesh: {properties}}}}}}}
 """
     urdf = GANTRY.format(radius=radius, joints="".join(joints))
     return SceneGraphCollisionChecker(diagram(folder, urdf, scene))

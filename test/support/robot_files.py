@@ -128,7 +128,8 @@ def truth(vertices, triangles, points, report):
         return None  # all are doubled: whether they bound anything is a guess
     parts = raw_parts(vertices, single)
     numbers = [solid_angles(points, parts.vertices, part) for part in parts.triangles]
-    if all(is_clear(number) for number in numbers):
+    # A part that runs both ways, once its doubled triangles are gone, winds around points by -1.
+    if all(is_clear(number) and number.min() > -0.5 for number in numbers):
         if any(has_hole(parts.vertices, part) for part in parts.triangles):
             return None
         return is_inside(points, parts, hollow_parts(parts))

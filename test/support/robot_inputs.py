@@ -12,9 +12,9 @@ from sensor_msgs.msg import JointState
 from msg_adapters.stamps import stamp_to_msg
 from scene_graph_ros.node.effects.declarations import EFFECT_NAMES
 from scene_graph_ros.node.world.inputs import make_channel, message_type, POSES
-from scene_graph_ros.node.world.intake import TimeLimits
 from scene_graph_ros.node.world.scenes import SceneLoader
 from scene_graph_ros.node.world.source_channel import apply_kept
+from scene_graph_ros.node.world.time_limits import TimeLimits
 from scene_graph_ros.node.world.world import World
 
 __all__ = ["FREE", "LIMITS", "MS", "NOW", "ODOMETRY", "TWO", "Robot", "odometry"]

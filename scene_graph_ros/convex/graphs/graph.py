@@ -10,6 +10,7 @@ import numpy as np
 
 from scene_graph_ros.convex.errors import ConvexSetError
 from scene_graph_ros.convex.graphs.graphviz import graphviz_string
+from scene_graph_ros.convex.graphs.model.checked_result import checked_result
 from scene_graph_ros.convex.graphs.model.edge import Edge, Vertex
 from scene_graph_ros.convex.graphs.model.edge_table import EdgeTable
 from scene_graph_ros.convex.graphs.model.options import (
@@ -20,14 +21,11 @@ from scene_graph_ros.convex.graphs.model.options import (
 from scene_graph_ros.convex.graphs.model.whole_edits import Undo
 from scene_graph_ros.convex.graphs.network.network import Network
 from scene_graph_ros.convex.graphs.network.rounding import draw_paths
-from scene_graph_ros.convex.graphs.search.given_path import solve_restriction
+from scene_graph_ros.convex.graphs.search.flow_paths import path_along_flows
+from scene_graph_ros.convex.graphs.search.given_path import guessed_points, solve_restriction
 from scene_graph_ros.convex.graphs.search.result import GraphOfConvexSetsResult
 from scene_graph_ros.convex.graphs.search.shortest_path import solve_path
-from scene_graph_ros.convex.questions.arguments import (
-    as_list,
-    as_nonnegative,
-    as_vector,
-)
+from scene_graph_ros.convex.questions.arguments import as_list, as_nonnegative
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.geometry.model.writes import Writes
 from scene_graph_ros.geometry.one_line import one_line
@@ -90,12 +88,7 @@ class GraphOfConvexSets:
 
     def add_edge(self, u: Vertex, v: Vertex, name: str = "") -> Edge:
         """Add an edge from one vertex to another; there may be several between the same two."""
-        self._check_vertex(u, "add_edge: u")
-        self._check_vertex(v, "add_edge: v")
-        if u is v:
-            raise ConvexSetError(
-                f"GraphOfConvexSets.add_edge: u and v are both {u.name!r}; an edge leads elsewhere"
-            )
+        self._check_ends(u, v, "add_edge")
         number = next(self._numbers)
         return self._put_edge(Edge(number, u, v, name or f"e{number}", self._phi))
 
@@ -116,11 +109,7 @@ class GraphOfConvexSets:
 
         Raises ConvexSetError for what is no vertex.
         """
-        if not isinstance(template, Vertex):
-            raise ConvexSetError(
-                "GraphOfConvexSets.add_vertex_from_template: template must be a Vertex, not"
-                f" {quoted(template)}"
-            )
+        _check_kind(template, Vertex, "add_vertex_from_template: template must be a Vertex")
         vertex = Vertex(next(self._numbers), template.set, template.name, self._edges)
         vertex._take_terms(template, {template.id: vertex.id})
         return self._put_vertex(vertex)
@@ -131,24 +120,14 @@ class GraphOfConvexSets:
         Whether that has to be on the path is not taken. Raises ConvexSetError for what is no edge,
         and where u or v have other dimensions than its vertices.
         """
-        if not isinstance(template, Edge):
-            raise ConvexSetError(
-                "GraphOfConvexSets.add_edge_from_template: template must be an Edge, not"
-                f" {quoted(template)}"
-            )
-        self._check_vertex(u, "add_edge_from_template: u")
-        self._check_vertex(v, "add_edge_from_template: v")
+        _check_kind(template, Edge, "add_edge_from_template: template must be an Edge")
+        self._check_ends(u, v, "add_edge_from_template")
         for name, own, given in (("u", u, template.u), ("v", v, template.v)):
             if own.ambient_dimension != given.ambient_dimension:
                 raise ConvexSetError(
                     f"GraphOfConvexSets.add_edge_from_template: {name} has dimension"
                     f" {own.ambient_dimension}, that of the template {given.ambient_dimension}"
                 )
-        if u is v:
-            raise ConvexSetError(
-                f"GraphOfConvexSets.add_edge_from_template: u and v are both {u.name!r}; an edge"
-                " leads elsewhere"
-            )
         edge = Edge(next(self._numbers), u, v, template.name, self._phi)
         edge._take_terms(template, {template.u.id: u.id, template.v.id: v.id})
         return self._put_edge(edge)
@@ -278,16 +257,7 @@ class GraphOfConvexSets:
         edges = as_list(active_edges, f"GraphOfConvexSets.{label}")
         for edge in edges:
             self._check_edge(edge, label)
-        guess = None
-        if not isinstance(initial_guess, (GraphOfConvexSetsResult, Mapping, type(None))):
-            raise ConvexSetError(
-                "GraphOfConvexSets.solve_convex_restriction: initial_guess must be a mapping of"
-                f" vertices to points, a result or None, not {quoted(initial_guess)}"
-            )
-        if initial_guess is not None and edges:
-            guess = [
-                _guessed(initial_guess, vertex) for vertex in (edges[0].u, *(e.v for e in edges))
-            ]
+        guess = guessed_points(initial_guess, edges)
         chosen = as_options(options, "GraphOfConvexSets.solve_convex_restriction")
         solver = None if options is None else chosen.of_restriction
         return solve_restriction(edges, guess, solver)
@@ -307,29 +277,18 @@ class GraphOfConvexSets:
         self._check_vertex(source, "sample_paths: source")
         self._check_vertex(target, "sample_paths: target")
         chosen = as_options(options, "GraphOfConvexSets.sample_paths")
-        if not isinstance(flows, (GraphOfConvexSetsResult, Mapping)):
-            raise ConvexSetError(
-                "GraphOfConvexSets.sample_paths: flows must be a mapping of edges to flows, or a"
-                f" result that has them, not {quoted(flows)}"
-            )
-        if isinstance(flows, GraphOfConvexSetsResult):
-            shares = [flows.flows.get(edge.id, 0.0) for edge in self.edges]
-        else:
-            given: Iterable[Any] = flows
-            for edge in given:
-                if not isinstance(edge, Edge) or not self.is_valid(edge):
-                    raise ConvexSetError(
-                        "GraphOfConvexSets.sample_paths: flows must be of this graph's edges, not"
-                        f" of {quoted(edge)}"
-                    )
-            shares = [float(flows.get(edge, 0.0)) for edge in self.edges]
+        kinds = (GraphOfConvexSetsResult, Mapping)
+        wanted = "flows must be a mapping of edges to flows, or a result that has them"
+        _check_kind(flows, kinds, f"sample_paths: {wanted}")
+        edges = self.edges
+        given = flows.flows if isinstance(flows, GraphOfConvexSetsResult) else self._by_id(flows)
+        shares = [given.get(edge.id, 0.0) for edge in edges]
         most = 5 if chosen.max_rounded_paths is None else chosen.max_rounded_paths
         if most < 1:
             raise ConvexSetError(
                 "GraphOfConvexSets.sample_paths: options.max_rounded_paths must be at least 1, not"
                 f" {most}"
             )
-        edges = self.edges
         found = draw_paths(
             self._network(source, target),
             np.array(shares),
@@ -354,28 +313,12 @@ class GraphOfConvexSets:
         """
         self._check_vertex(source, "get_solution_path: source")
         self._check_vertex(target, "get_solution_path: target")
-        self._check_result(result, "get_solution_path")
+        checked_result(result, "GraphOfConvexSets.get_solution_path")
         most = as_nonnegative(tolerance, "GraphOfConvexSets.get_solution_path: tolerance")
-        if (
-            result.is_success
-            and result.vertices[:1] == (source.id,)
-            and (result.vertices[-1:] == (target.id,))
-        ):
+        is_own = result.vertices[:1] == (source.id,) and result.vertices[-1:] == (target.id,)
+        if result.is_success and is_own:
             return [self._edges.now()[e] for e in result.path]
-        path: list[Edge] = []
-        at, seen = source, {source.id}
-        while at is not target:
-            ahead = [e for e in at.outgoing_edges if e.v.id not in seen]
-            best = max(ahead, key=lambda e: result.flows.get(e.id, 0.0), default=None)
-            if best is None or result.flows.get(best.id, 0.0) < 1.0 - most:
-                raise ConvexSetError(
-                    f"GraphOfConvexSets.get_solution_path: the result has no path from"
-                    f" {source.name!r} to {target.name!r} to a tolerance of {tolerance!r}"
-                )
-            path.append(best)
-            at = best.v
-            seen.add(at.id)
-        return path
+        return path_along_flows(source, target, result.flows, most)
 
     def get_graphviz_string(
         self,
@@ -389,24 +332,25 @@ class GraphOfConvexSets:
         """
         label = "get_graphviz_string: active_path"
         if result is not None:
-            self._check_result(result, "get_graphviz_string")
+            checked_result(result, "GraphOfConvexSets.get_graphviz_string")
         path = as_list(active_path, f"GraphOfConvexSets.{label}")
         for edge in path:
             self._check_edge(edge, label)
         chosen = GcsGraphvizOptions() if options is None else options
-        if not isinstance(chosen, GcsGraphvizOptions):
-            raise ConvexSetError(
-                "GraphOfConvexSets.get_graphviz_string: options must be GcsGraphvizOptions or"
-                f" None, not {quoted(options)}"
-            )
+        wanted = "options must be GcsGraphvizOptions or None"
+        _check_kind(chosen, GcsGraphvizOptions, f"get_graphviz_string: {wanted}")
         return graphviz_string(self.vertices, self.edges, result, chosen, path)
 
-    def _check_result(self, result: Any, question: str) -> None:
-        if not isinstance(result, GraphOfConvexSetsResult):
-            raise ConvexSetError(
-                f"GraphOfConvexSets.{question}: result must be what a graph's solve_... returned,"
-                f" not {quoted(result)}"
-            )
+    def _by_id(self, flows: Mapping[Edge, float]) -> dict[int, float]:
+        """Return flows by the numbers of their edges. Raises ConvexSetError for other edges."""
+        given: Iterable[Any] = flows
+        for edge in given:
+            if not isinstance(edge, Edge) or not self.is_valid(edge):
+                raise ConvexSetError(
+                    "GraphOfConvexSets.sample_paths: flows must be of this graph's edges, not"
+                    f" of {quoted(edge)}"
+                )
+        return {edge.id: float(flow) for edge, flow in flows.items()}
 
     def _network(self, source: Vertex, target: Vertex) -> Network:
         """Return all edges by the places of their vertices, kept until there are others."""
@@ -418,6 +362,15 @@ class GraphOfConvexSets:
             self._ends = place, tails, heads
         place, tails, heads = self._ends
         return Network(len(place), tails, heads, place[source.id], place[target.id])
+
+    def _check_ends(self, u: Any, v: Any, question: str) -> None:
+        self._check_vertex(u, f"{question}: u")
+        self._check_vertex(v, f"{question}: v")
+        if u is v:
+            raise ConvexSetError(
+                f"GraphOfConvexSets.{question}: u and v are both {u.name!r}; an edge leads"
+                " elsewhere"
+            )
 
     def _check_vertex(self, vertex: Any, label: str) -> None:
         if not isinstance(vertex, Vertex) or not self.is_valid(vertex):
@@ -436,20 +389,12 @@ def _set_of(name: str) -> str:
     return "GraphOfConvexSets.add_vertex: set" + (f" of {name!r}" if name else "")
 
 
+def _check_kind(value: Any, kinds: Any, wanted: str) -> None:
+    if not isinstance(value, kinds):
+        raise ConvexSetError(f"GraphOfConvexSets.{wanted}, not {quoted(value)}")
+
+
 def _added(table: dict[int, Part], last: int) -> list[Part]:
     """Return the entries with a number above another, which are at the table's end."""
     numbers = itertools.takewhile(lambda number: number > last, reversed(table))
     return [table[number] for number in numbers]
-
-
-def _guessed(guess: GraphOfConvexSetsResult | Mapping[Vertex, Any], vertex: Vertex) -> np.ndarray:
-    """Return the point ``(n,)`` that is guessed of a vertex."""
-    point = (
-        vertex.get_solution(guess)
-        if isinstance(guess, GraphOfConvexSetsResult)
-        else guess.get(vertex)
-    )
-    label = f"GraphOfConvexSets.solve_convex_restriction: initial_guess of {vertex.name!r}"
-    if point is None:
-        raise ConvexSetError(f"{label} is missing")
-    return as_vector(point, label, vertex.ambient_dimension)

@@ -7,7 +7,7 @@ measured against the constraints as they were given.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 import math
 from typing import Any
@@ -24,11 +24,10 @@ from scene_graph_ros.convex.solve.cones.blocks import (
 from scene_graph_ros.convex.solve.cones.cone_program import (
     Cone,
     ConeProgram,
-    ConeSolution,
     Rows,
 )
-from scene_graph_ros.convex.solve.cones.equilibration import equilibrated, widened_blocks
-from scene_graph_ros.convex.solve.cones.solver_choice import as_choice, SolverChoice
+from scene_graph_ros.convex.solve.cones.equilibration import equilibrated, widened
+from scene_graph_ros.convex.solve.cones.solver_choice import as_choice
 from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array
@@ -131,14 +130,14 @@ class ConicProgram:
     """
 
     def __init__(self) -> None:
-        self._size = 0
-        self._costs: list[tuple[np.ndarray, np.ndarray]] = []
+        self._program = ConeProgram()
         self._constraints: list[ConicConstraint] = []
+        self._rows: list[Rows] = []
 
     @property
     def num_variables(self) -> int:
         """How many variables there are."""
-        return self._size
+        return self._program.num_variables
 
     @property
     def constraints(self) -> tuple[ConicConstraint, ...]:
@@ -148,8 +147,7 @@ class ConicProgram:
     def add_variables(self, count: int) -> np.ndarray:
         """Return the numbers ``(count,)`` of new variables. Raises ConvexSetError."""
         number = as_whole(count, "ConicProgram.add_variables: count", 0, _MOST_VARIABLES)
-        self._size += number
-        return np.arange(self._size - number, self._size)
+        return self._program.variables(number)
 
     def add_symmetric_matrix(self, order: int) -> np.ndarray:
         """Return the numbers ``(order, order)`` of new variables, the same beside the diagonal.
@@ -157,11 +155,10 @@ class ConicProgram:
         They are numbered as in the upper triangle, column after column.
         """
         size = as_whole(order, "ConicProgram.add_symmetric_matrix: order", 0, _MOST_ORDER)
-        first, count = self._size, size * (size + 1) // 2
-        self.add_variables(count)
+        numbers = self.add_variables(size * (size + 1) // 2)
         columns = np.zeros((size, size), dtype=np.int64)
         i, j = upper_triangle(size)
-        columns[i, j] = columns[j, i] = np.arange(first, first + count)
+        columns[i, j] = columns[j, i] = numbers
         return columns
 
     def as_variables(self, value: Any, label: str, size: int | None = None) -> np.ndarray:
@@ -178,9 +175,9 @@ class ConicProgram:
                 f" not {quoted(value)}"
             )
         columns = columns.astype(np.int64)
-        if columns.size and (columns.min() < 0 or columns.max() >= self._size):
+        if columns.size and (columns.min() < 0 or columns.max() >= self.num_variables):
             raise ConvexSetError(
-                f"{label} must be variables of this program, which has {self._size}, not"
+                f"{label} must be variables of this program, which has {self.num_variables}, not"
                 f" {columns.tolist()}"
             )
         return columns
@@ -189,7 +186,7 @@ class ConicProgram:
         """Add ``c . x`` to the cost, c ``(k,)``."""
         label = "ConicProgram.add_linear_cost"
         columns = self.as_variables(x, f"{label}: x")
-        self._costs.append((columns, as_vector(c, f"{label}: c", len(columns))))
+        self._program.add_cost(columns, as_vector(c, f"{label}: c", len(columns)))
 
     def add_linear_equations(self, A: Any, b: Any, x: Any) -> ConicConstraint:
         """Ask that ``A x = b``: ``A (m, k)``, ``b (m,)``, ``x (k,)``."""
@@ -256,6 +253,8 @@ class ConicProgram:
     ) -> ConicConstraint:
         constraint = ConicConstraint(cone, columns, matrix, constant)
         self._constraints.append(constraint)
+        _, columns, matrix, constant = for_the_solver(constraint.block)
+        self._rows.append(self._program.add_rows(cone, [(columns, matrix)], constant))
         return constraint
 
     def add_constraint(
@@ -267,7 +266,7 @@ class ConicProgram:
 
     def cost(self, values: np.ndarray) -> float:
         """Return the cost at values of all variables ``(n,)``."""
-        return sum(float(c @ values[columns]) for columns, c in self._costs)
+        return self._program.cost_of(values)
 
     def solve(
         self, solver: str | None = None, solver_options: Mapping[str, Any] | None = None
@@ -282,52 +281,34 @@ class ConicProgram:
         also where the cost has no least value.
         """
         by = as_choice(solver, solver_options, "ConicProgram.solve: solver")
-        blocks = [for_the_solver(constraint.block) for constraint in self._constraints]
-        scaled, sizes, factors = equilibrated(blocks, self._size)
-        goal = np.zeros(self._size)
-        for columns, c in self._costs:
-            np.add.at(goal, columns, c * sizes[columns])
-        length = float(np.abs(goal).max(initial=0.0)) or 1.0
+        scaled = equilibrated(self._program)
         try:
-            found, rows = _solve_scaled(scaled, goal / length, by)
+            found = scaled.program.solve("ConicProgram.solve", by=by)
         except SolverError:
-            widened, more = widened_blocks(scaled, self._size)
-            least, rows = _solve_scaled(widened, more, by)
+            least = widened(scaled.program).solve("ConicProgram.solve", by=by)
             if least.x[-1] <= _WIDENED:
                 raise
             found = replace(least, is_feasible=False)
         if not found.is_feasible:
-            nowhere = np.full(self._size, np.nan)
+            nowhere = np.full(self.num_variables, np.nan)
             return ConicSolution(False, nowhere, math.nan, math.nan, math.nan, found.residual, {})
-        values = sizes * found.x
+        values = scaled.sizes * found.x
         violation = max((c.violation(values) for c in self._constraints), default=0.0)
-        duals = {
-            id(constraint): length * _for_the_rows(constraint.cone, found.dual(each) * factor)
-            for constraint, each, factor in zip(self._constraints, rows, factors, strict=True)
-        }
+        duals = {}
+        for constraint, rows in zip(self._constraints, self._rows, strict=True):
+            dual = found.dual(rows) * scaled.factors[rows] if rows.size else np.zeros(0)
+            duals[id(constraint)] = scaled.length * _for_the_rows(constraint.cone, dual)
         cost, gap = self.cost(values), self._gap(values, duals)
         return ConicSolution(True, values, cost, violation, gap, found.residual, duals)
 
     def _gap(self, values: np.ndarray, duals: Mapping[int, np.ndarray]) -> float:
         """Return by how much the cost at values may be above the least, by multipliers."""
-        slope, left = np.zeros(self._size), 0.0
-        for columns, c in self._costs:
-            np.add.at(slope, columns, c)
+        slope, left = self._program.cost, 0.0
         for each in self._constraints:
             dual = duals[id(each)]
             left += float(dual @ each.rows_at(values))
             np.subtract.at(slope, each.variables, each.matrix.T @ dual)
         return abs(left) + float(np.abs(slope) @ np.abs(values))
-
-
-def _solve_scaled(
-    blocks: Sequence[Block], goal: np.ndarray, by: SolverChoice | None
-) -> tuple[ConeSolution, list[Rows]]:
-    program = ConeProgram()
-    x = program.variables(len(goal))
-    rows = [program.add_rows(cone, [(x[k], matrix)], side) for cone, k, matrix, side in blocks]
-    program.add_cost(x, goal)
-    return program.solve("ConicProgram.solve", by=by), rows
 
 
 def _for_the_rows(cone: Cone, dual: np.ndarray) -> np.ndarray:

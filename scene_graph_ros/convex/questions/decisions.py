@@ -7,13 +7,14 @@ from typing import Any
 import numpy as np
 
 from scene_graph_ros.convex.questions.certificates import Certificate, Decision
+from scene_graph_ros.convex.questions.quick_answers import reached
 from scene_graph_ros.convex.solve.cones.lift import shared_point
 from scene_graph_ros.convex.solve.cutting.cutting import find_in_cones, rows_with_cuts
 from scene_graph_ros.convex.solve.cutting.recession_in_cones import recession_in_cones
 from scene_graph_ros.convex.solve.exact.feasibility import find_point
 from scene_graph_ros.convex.solve.exact.rows import Rows
 
-__all__ = ["is_bounded", "is_empty"]
+__all__ = ["is_bounded", "is_empty", "meet_by_reach"]
 
 
 def is_empty(sets: tuple[Any, ...], question: str) -> Decision:
@@ -77,3 +78,27 @@ def _way_of_points(rows: Rows, n: int) -> Any:
             weight = proof.vector[-1]
             shown.append(tuple(v / weight for v in proof.vector[:-1]))
     return shown
+
+
+def meet_by_reach(*sets: Any) -> bool | None:
+    """Tell whether two sets meet by how far they reach, None where that is left open.
+
+    It is asked where one has many points or members, and the other one reaches quickly.
+    """
+    if not any(each._HAS_QUICK_SUPPORT for each in sets):
+        return None
+    if any(each.is_empty() for each in sets):
+        return False
+    if not all(each.is_bounded() for each in sets) or sets[1]._has_matrices():
+        return None
+    apart, points = reached(*sets)
+    if apart:
+        return False
+    kinds = (each._hull_of_points() for each in sets)
+    fewer = tuple(
+        each if kind is None else kind(found)
+        for each, kind, found in zip(sets, kinds, points, strict=True)
+    )
+    if fewer[0] is sets[0] and fewer[1] is sets[1]:
+        return None
+    return True if not is_empty(fewer, "intersects_with").value else None

@@ -18,7 +18,7 @@ from scene_graph_ros.convex.questions.arguments import (
 )
 from scene_graph_ros.convex.questions.certificates import Decision
 from scene_graph_ros.convex.questions.conic_program import ConicConstraint, ConicProgram
-from scene_graph_ros.convex.questions.decisions import is_bounded, is_empty
+from scene_graph_ros.convex.questions.decisions import is_bounded, is_empty, meet_by_reach
 from scene_graph_ros.convex.questions.generic import (
     inner_point,
     project_on_set,
@@ -29,7 +29,7 @@ from scene_graph_ros.convex.questions.membership import (
     add_point_in_set,
     Membership,
 )
-from scene_graph_ros.convex.questions.quick_answers import meet, reached, support_of_rows
+from scene_graph_ros.convex.questions.quick_answers import meet, support_of_rows
 from scene_graph_ros.convex.solve.cones.lift import Lift, shared_point
 from scene_graph_ros.convex.solve.cutting.cutting import find_in_cones, Found
 from scene_graph_ros.convex.solve.exact.maximize import maximize
@@ -204,7 +204,7 @@ class ConvexSet(abc.ABC):
         quick = None if certificate else meet(self, other)
         if quick is not None:
             return quick
-        quick = None if certificate else self._meets_by_reach(other)
+        quick = None if certificate else meet_by_reach(self, other)
         if quick is not None:
             return quick
         decision = is_empty((self, other), "intersects_with")
@@ -213,31 +213,6 @@ class ConvexSet(abc.ABC):
             if certificate
             else not decision.value
         )
-
-    def _meets_by_reach(self, other: ConvexSet) -> bool | None:
-        """Tell whether the sets meet by how far they reach, None where that is left open.
-
-        It is asked where one has many points or members, and the other one reaches quickly.
-        """
-        sets = self, other
-        if not any(each._HAS_QUICK_SUPPORT for each in sets):
-            return None
-        if any(each.is_empty() for each in sets):
-            return False
-        if not all(each.is_bounded() for each in sets) or other._has_matrices():
-            return None
-        apart, points = reached(*sets)
-        if apart:
-            return False
-        fewer = [
-            each if kind is None else kind(reached_there)
-            for each, kind, reached_there in zip(
-                sets, (s._hull_of_points() for s in sets), points, strict=True
-            )
-        ]
-        if fewer[0] is self and fewer[1] is other:
-            return None
-        return True if not is_empty(tuple(fewer), "intersects_with").value else None
 
     def _has_matrices(self) -> bool:
         """Tell whether a program has to be solved for how far the set reaches."""

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
+from scene_graph_ros.geometry.shapes.every_kind import every_kind
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.tables.table_arrays import ShapeTable
 
@@ -41,20 +42,30 @@ BALL = 3
 """Where a row of centres has the radius of the ball around c: infinite if it tells no more."""
 
 
+_PLACES: dict[ShapeKind, tuple[tuple[int, int], ...]] = every_kind(
+    "extents",
+    {
+        ShapeKind.SPHERE: ((RADIUS, 0),),
+        ShapeKind.CAPSULE: ((RADIUS, 0), (BOX_PART + 2, 1)),
+        ShapeKind.BOX: tuple((BOX_PART + axis, axis) for axis in range(3)),
+        ShapeKind.CYLINDER: ((ROUND_PART, 0), (ROUND_PART + 1, 0), (BOX_PART + 2, 1)),
+        ShapeKind.ELLIPSOID: tuple((ROUND_PART + axis, axis) for axis in range(3)),
+        # Half spaces have no numbers, hulls those of their boxes.
+        ShapeKind.HALF_SPACE: (),
+        ShapeKind.CONVEX: (),
+        ShapeKind.MESH: (),
+    },
+)
+"""Where a row has the numbers of a shape: places, and columns of its size."""
+
+
 def extents_of(table: ShapeTable) -> FloatArray:
     """Return the (n, NUMBERS) rows for ``half_extent``; a half space reaches infinitely far."""
     kind, size = table.kind, table.size
     rows = np.zeros((len(kind), NUMBERS))
-
-    def fill(wanted: ShapeKind, *places: tuple[int, int]) -> None:
+    for wanted, places in _PLACES.items():
         for place, column in places:
             rows[kind == wanted, place] = size[kind == wanted, column]
-
-    fill(ShapeKind.SPHERE, (RADIUS, 0))
-    fill(ShapeKind.CAPSULE, (RADIUS, 0), (BOX_PART + 2, 1))
-    fill(ShapeKind.BOX, *((BOX_PART + axis, axis) for axis in range(3)))
-    fill(ShapeKind.CYLINDER, (ROUND_PART, 0), (ROUND_PART + 1, 0), (BOX_PART + 2, 1))
-    fill(ShapeKind.ELLIPSOID, *((ROUND_PART + axis, axis) for axis in range(3)))
     rows[kind == ShapeKind.HALF_SPACE, RADIUS] = math.inf
     is_hull = table.hull >= 0
     rows[is_hull, BOX_PART : BOX_PART + 3] = 0.5 * (table.upper - table.lower)[is_hull]

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.missing_package import not_installed
 
 __all__ = ["DRACO", "decoded_draco"]
 
@@ -21,7 +22,7 @@ def decoded_draco(data: bytes, where: str) -> tuple[NDArray[np.float64], NDArray
     Raises MeshError, beginning with ``where``, without DracoPy and for data that it can't unpack.
     """
     if importlib.util.find_spec("DracoPy") is None:
-        raise MeshError(f"{where}: {DRACO} takes DracoPy: pip install DracoPy")
+        raise MeshError(not_installed(f"{where}: {DRACO}", "DracoPy"))
     import DracoPy
 
     try:

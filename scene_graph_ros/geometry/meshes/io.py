@@ -42,6 +42,7 @@ from scene_graph_ros.geometry.meshes.stl_file import parse_stl
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array, whole_array
 from scene_graph_ros.geometry.spatial.sums import determinant, moved
+from scene_graph_ros.missing_package import not_installed
 
 __all__ = [
     "MESH_FILE_TYPES",
@@ -249,9 +250,7 @@ def _read_by_trimesh(
     except Exception as error:  # third-party parsers raise whatever they meet
         raise MeshError(f"{name}: unreadable {file_type}: {quoted(error)}") from error
     if resolver.was_asked and importlib.util.find_spec("PIL") is None:
-        warn_of_color(
-            f"{name}: shown without its pictures: reading them takes Pillow: pip install pillow"
-        )
+        warn_of_color(not_installed(f"{name}: shown without its pictures: reading them", "pillow"))
     return mesh
 
 

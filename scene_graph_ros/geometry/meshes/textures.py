@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.files import FileMark, find_file, MAX_MESH_BYTES, read_marked
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.missing_package import not_installed
 
 __all__ = [
     "MAX_TEXELS",
@@ -141,7 +142,7 @@ def _decoded(contents: bytes, name: str) -> NDArray[np.uint8]:
     try:
         from PIL import Image
     except ImportError as error:
-        raise MeshError(f"{name}: reading it takes Pillow: pip install pillow") from error
+        raise MeshError(not_installed(f"{name}: reading it", "pillow")) from error
     try:
         with warnings.catch_warnings():
             # Pillow warns of sizes, which are checked here.

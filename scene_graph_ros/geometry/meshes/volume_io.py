@@ -21,6 +21,9 @@ from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = ["VOLUME_FILE_TYPES", "load_volume_mesh", "parse_volume_mesh", "save_volume_mesh"]
 
+_ASKED = 2
+"""Random points of each tetrahedron, at which it is asked how many others are there."""
+
 
 def load_volume_mesh(path: str | os.PathLike[str]) -> VolumeMesh:
     """Read the tetrahedra of a .vtk or .vtu file; other cells in it are left out.
@@ -83,17 +86,21 @@ def parse_volume_mesh(contents: bytes, file_type: str, *, name: str) -> VolumeMe
 def _refuse_overlaps(mesh: VolumeMesh, name: str) -> None:
     """Refuse tetrahedra that overlap.
 
-    Where faces conform, as many tetrahedra are at a point as the boundary winds around it. It
-    winds around none twice if it does not cross itself, and around no tetrahedron's middle.
+    Where faces conform, the boundary's winding number at a point is the number of tetrahedra that
+    are there. It is above one somewhere only if the boundary crosses itself, or if it is so in a
+    tetrahedron: its middle and random points are asked, since on a grid edges alone may cross.
     """
     boundary = mesh.boundary_triangles()
     # Squares of coordinates near the largest number are infinite.
     with np.errstate(all="ignore"):
         point = first_crossing(mesh.vertices, boundary)
-        middles = mesh.vertices[mesh.tetrahedra].mean(axis=1)
         if point is None:
-            many = np.flatnonzero(winding_numbers(middles, mesh.vertices, boundary) > 1)
-            point = middles[many[0]] if len(many) else None
+            weights = np.random.default_rng(3).dirichlet(np.ones(4), _ASKED)
+            weights = np.vstack([np.full(4, 0.25), weights])
+            corners = mesh.vertices[mesh.tetrahedra]
+            inner = np.concatenate([(corners * w[:, None]).sum(axis=1) for w in weights])
+            many = np.flatnonzero(winding_numbers(inner, mesh.vertices, boundary) > 1)
+            point = inner[many[0]] if len(many) else None
     if point is not None:
         place = ", ".join(f"{x:.6g}" for x in point)
         raise MeshError(f"{name}: tetrahedra overlap at ({place})")

@@ -7,8 +7,9 @@ certificate shows the answer, checked in rational arithmetic by its ``verify()``
 The names below are imported when they are first used, from `scene_graph_ros.convex`.
 """
 
-import importlib
-from typing import Any, TYPE_CHECKING
+from typing import TYPE_CHECKING
+
+from scene_graph_ros.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from scene_graph_ros.convex.errors import (
@@ -160,112 +161,4 @@ __all__ = [
     "yaml_load_typed",
 ]
 
-_MODULES = {
-    "errors": (
-        "ConvexSetError",
-        "SampleError",
-        "SolverError",
-    ),
-    "graphs.expressions.cone_expressions": (
-        "exp",
-        "exponential_cone",
-        "positive_semidefinite",
-        "quad_over_lin",
-        "rotated_second_order_cone",
-        "second_order_cone",
-    ),
-    "graphs.expressions.expressions": (
-        "norm",
-        "norm1",
-        "norm_inf",
-        "quad_form",
-        "sum_squares",
-    ),
-    "graphs.expressions.functions": ("FunctionConstraint",),
-    "graphs.expressions.transcription": ("Transcription",),
-    "graphs.graph": ("GraphOfConvexSets",),
-    "graphs.implicit": ("ImplicitGraphOfConvexSets",),
-    "graphs.model.edge": (
-        "Edge",
-        "Vertex",
-    ),
-    "graphs.model.options": (
-        "GcsGraphvizOptions",
-        "GraphOfConvexSetsOptions",
-    ),
-    "graphs.search.result": (
-        "GraphOfConvexSetsResult",
-        "PathBound",
-    ),
-    "iris.iris": (
-        "IrisRegion",
-        "Separation",
-        "iris",
-    ),
-    "iris.options": ("IrisOptions",),
-    "iris.region_cuts": (
-        "RegionCut",
-        "RegionTest",
-        "find_region_cuts",
-    ),
-    "iris.regions_yaml": (
-        "load_iris_regions_yaml_file",
-        "save_iris_regions_yaml_file",
-    ),
-    "iris.scene_obstacles": (
-        "SceneObstacle",
-        "make_iris_obstacles",
-        "scene_obstacles",
-    ),
-    "questions.answers": (
-        "Projection",
-        "Support",
-    ),
-    "questions.certificates": (
-        "Certificate",
-        "Decision",
-    ),
-    "questions.conic_program": (
-        "Cone",
-        "ConicConstraint",
-        "ConicProgram",
-        "ConicSolution",
-    ),
-    "questions.membership": ("Membership",),
-    "questions.redundancy": ("Reduction",),
-    "sets.affine_ball": ("AffineBall",),
-    "sets.affine_subspace": ("AffineSubspace",),
-    "sets.cartesian_product": ("CartesianProduct",),
-    "sets.convex_hull": ("ConvexHull",),
-    "sets.convex_set": ("ConvexSet",),
-    "sets.h_polyhedron": ("HPolyhedron",),
-    "sets.hyperellipsoid": ("Hyperellipsoid",),
-    "sets.hyperrectangle": ("Hyperrectangle",),
-    "sets.intersection": ("Intersection",),
-    "sets.minkowski_sum": ("MinkowskiSum",),
-    "sets.pairwise_intersections": (
-        "check_if_satisfies_convexity_radius",
-        "compute_pairwise_intersections",
-    ),
-    "sets.partition": ("partition_convex_set",),
-    "sets.point": ("Point",),
-    "sets.spectrahedron": ("Spectrahedron",),
-    "sets.v_polytope": ("VPolytope",),
-    "typed_yaml": ("yaml_dump_typed", "yaml_load_typed"),
-    "volumes.sampled_volume": ("SampledVolume",),
-    "volumes.sampling": ("UniformSamples",),
-    "volumes.volume_interval": ("VolumeInterval",),
-}
-_MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _MODULE_OF:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(importlib.import_module(f"scene_graph_ros.convex.{_MODULE_OF[name]}"), name)
-    globals()[name] = value
-    return value
-
-
-def __dir__() -> list[str]:
-    return [*globals(), *__all__]
+__getattr__, __dir__ = lazy_names(__name__)

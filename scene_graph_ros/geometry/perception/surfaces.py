@@ -6,11 +6,13 @@ Round shapes are profiles that are turned about the z axis. Coordinates are thos
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.shapes.every_kind import every_kind
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 
 __all__ = ["Patch", "patch_of_shape"]
@@ -41,20 +43,9 @@ def patch_of_shape(kind: int, size: FloatArray, reach: float, foot: FloatArray) 
 
     A half space is a square of half the side ``reach`` (m) about the point ``foot``, in G.
     """
-    match kind:
-        case ShapeKind.SPHERE:
-            return _ellipsoid(np.full(3, size[0]))
-        case ShapeKind.ELLIPSOID:
-            return _ellipsoid(size)
-        case ShapeKind.CAPSULE:
-            return _capsule(size[0], size[1])
-        case ShapeKind.CYLINDER:
-            return _cylinder(size[0], size[1])
-        case ShapeKind.BOX:
-            return _box(size)
-        case ShapeKind.HALF_SPACE:
-            return _square(reach, foot)
-    raise AssertionError(kind)
+    patch = _PATCHES[ShapeKind(kind)]
+    assert patch is not None, kind
+    return patch(size, reach, foot)
 
 
 def _turned(
@@ -149,3 +140,19 @@ def _joined(parts: list[Patch]) -> Patch:
         np.concatenate([part.normals for part in parts if part.normals is not None]),
         np.concatenate([part.uv for part in parts if part.uv is not None]),
     )
+
+
+_PATCHES: dict[ShapeKind, Callable[[FloatArray, float, FloatArray], Patch] | None] = every_kind(
+    "surfaces that pictures cover",
+    {
+        ShapeKind.SPHERE: lambda size, reach, foot: _ellipsoid(np.full(3, size[0])),
+        ShapeKind.CAPSULE: lambda size, reach, foot: _capsule(size[0], size[1]),
+        ShapeKind.BOX: lambda size, reach, foot: _box(size),
+        ShapeKind.CYLINDER: lambda size, reach, foot: _cylinder(size[0], size[1]),
+        ShapeKind.ELLIPSOID: lambda size, reach, foot: _ellipsoid(size),
+        ShapeKind.HALF_SPACE: lambda size, reach, foot: _square(reach, foot),
+        # These have triangles of their own.
+        ShapeKind.CONVEX: None,
+        ShapeKind.MESH: None,
+    },
+)

@@ -26,8 +26,8 @@ from scene_graph_ros.node.runtime.names import (
 )
 from scene_graph_ros.node.runtime.raw_topics import Reader
 from scene_graph_ros.node.world.description_channel import DESCRIPTIONS
-from scene_graph_ros.node.world.intake import TimeLimits
 from scene_graph_ros.node.world.scene import SourceRecord
+from scene_graph_ros.node.world.time_limits import TimeLimits
 from scene_graph_ros.node.world.world import World, WorldSnapshot
 
 __all__ = ["Recorder", "Tape"]

@@ -12,13 +12,15 @@ from msg_adapters.base_poses import base_poses_from_msg
 from msg_adapters.poses import PoseBatch
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.located import suggestion
-from scene_graph_ros.node.world.intake import Fault, Intake, SourceFrames, TimeLimits
+from scene_graph_ros.node.world.faults import Fault
+from scene_graph_ros.node.world.intake import Intake, SourceFrames
 from scene_graph_ros.node.world.robot_motion import MotionIntake, RobotMotion
 from scene_graph_ros.node.world.robot_pose_channel import Heard, RobotPoseChannel
 from scene_graph_ros.node.world.scene import SourceRecord
 from scene_graph_ros.node.world.source_topics import base_topic
 from scene_graph_ros.node.world.tf_channel import TfReader
 from scene_graph_ros.node.world.tf_tree import Placed, STATIC
+from scene_graph_ros.node.world.time_limits import TimeLimits
 
 __all__ = ["BaseChannel", "TfBaseChannel"]
 

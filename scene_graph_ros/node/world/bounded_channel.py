@@ -7,9 +7,11 @@ from collections import deque
 import threading
 from typing import Any, TypeVar
 
-from scene_graph_ros.node.world.intake import Fault, Intake, TimeLimits
+from scene_graph_ros.node.world.faults import Fault
+from scene_graph_ros.node.world.intake import Intake
 from scene_graph_ros.node.world.scene import SourceRecord
 from scene_graph_ros.node.world.source_channel import Kept, SourceChannel
+from scene_graph_ros.node.world.time_limits import TimeLimits
 
 __all__ = ["BoundedChannel", "NewestChannel"]
 

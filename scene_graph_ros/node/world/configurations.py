@@ -15,11 +15,13 @@ from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
 from scene_graph_ros.node.world.bounded_channel import BoundedChannel
 from scene_graph_ros.node.world.deformables import SourceDeformables
-from scene_graph_ros.node.world.intake import Fault, Intake, TimeLimits
+from scene_graph_ros.node.world.faults import Fault
+from scene_graph_ros.node.world.intake import Intake
 from scene_graph_ros.node.world.message_sizes import most_bytes
 from scene_graph_ros.node.world.scene import SourceRecord
 from scene_graph_ros.node.world.source_channel import Kept
 from scene_graph_ros.node.world.source_topics import configuration_topic
+from scene_graph_ros.node.world.time_limits import TimeLimits
 
 __all__ = ["ConfigurationChannel", "accept_configurations"]
 

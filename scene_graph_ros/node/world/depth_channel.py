@@ -19,12 +19,14 @@ from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.node.world.bounded_channel import BoundedChannel, NewestChannel
 from scene_graph_ros.node.world.clouds import NoCloudError, SourceClouds
 from scene_graph_ros.node.world.depth_state import DepthState, OpticalFrame
-from scene_graph_ros.node.world.intake import Fault, Intake, TimeLimits, UNSTAMPED
+from scene_graph_ros.node.world.faults import Fault
+from scene_graph_ros.node.world.intake import Intake, UNSTAMPED
 from scene_graph_ros.node.world.message_sizes import most_bytes
 from scene_graph_ros.node.world.pose_history import NotYetError, PastError
 from scene_graph_ros.node.world.scene import SourceRecord
 from scene_graph_ros.node.world.source_channel import Kept
 from scene_graph_ros.node.world.source_topics import CAMERA_INFO, DEPTH_IMAGES
+from scene_graph_ros.node.world.time_limits import TimeLimits
 
 __all__ = ["PATIENCE", "DepthChannel", "InfoChannel"]
 

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 from rclpy.node import Node
 
 from scene_graph_ros.node.runtime.loop import OwnThreadGroup
-from scene_graph_ros.node.world.intake import Intake, TimeLimits
+from scene_graph_ros.node.world.intake import Intake
 from scene_graph_ros.node.world.scene import SourceRecord
 from scene_graph_ros.node.world.source_channel import Inputs
 from scene_graph_ros.node.world.source_topics import CAMERA_INFO, DEPTH_IMAGES
+from scene_graph_ros.node.world.time_limits import TimeLimits
 from scene_graph_ros.node.world.world import World
 
 if TYPE_CHECKING:

@@ -15,7 +15,8 @@ from std_msgs.msg import String
 from msg_adapters.errors import MessageError
 from scene_graph_ros.geometry.files import MAX_TEXT_BYTES
 from scene_graph_ros.node.runtime.loop import OwnThreadGroup
-from scene_graph_ros.node.world.intake import Fault, Intake
+from scene_graph_ros.node.world.faults import Fault
+from scene_graph_ros.node.world.intake import Intake
 from scene_graph_ros.node.world.scene import SourceRecord
 from scene_graph_ros.node.world.source_channel import Inputs, Kept, SourceChannel
 from scene_graph_ros.node.world.source_topics import description_topic

@@ -10,36 +10,18 @@ from __future__ import annotations
 from collections import Counter, deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
-import enum
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from msg_adapters.poses import PoseBatch, PoseFault, RefusedPose
-from msg_adapters.stamps import EARLIEST, LATEST
 from msg_adapters.wire.poses import Layout
 from scene_graph_ros.geometry.quoting import quoted
-from scene_graph_ros.geometry.spatial.record_kernels import (
-    EARLY,
-    IN_TIME,
-    judge_time,
-    judge_times,
-    OUT_OF_ORDER,
-)
+from scene_graph_ros.geometry.spatial.record_kernels import IN_TIME, judge_times
+from scene_graph_ros.node.world.faults import Fault
+from scene_graph_ros.node.world.time_limits import TimeLimits
 
-__all__ = [
-    "CONFIGURATION_FAULTS",
-    "IMAGE_FAULTS",
-    "INFO_FAULTS",
-    "POINT_FAULTS",
-    "POSE_FAULTS",
-    "UNSTAMPED",
-    "Fault",
-    "Intake",
-    "SourceFrames",
-    "Statistics",
-    "TimeLimits",
-]
+__all__ = ["UNSTAMPED", "Intake", "SourceFrames", "Statistics"]
 
 UNSTAMPED = np.iinfo(np.int64).min
 """Stamp of a frame whose pose never came from a message, nanoseconds."""
@@ -51,105 +33,12 @@ _PLANS_KEPT = 4096
 """Sets of names whose frames are remembered; each object may have a message of its own."""
 
 
-class Fault(enum.Enum):
-    """Why a pose, or a whole message, was not applied."""
-
-    MALFORMED = "malformed"
-    STALE = "stale"
-    FUTURE = "future"
-    OUT_OF_ORDER = "out_of_order"
-    NOT_FINITE = "not_finite"
-    NOT_UNIT = "not_unit"
-    UNKNOWN_FRAME = "unknown_frame"
-    WRONG_SOURCE = "wrong_source"
-    WRONG_PARENT = "wrong_parent"
-    CONTRADICTORY = "contradictory"
-    UNKNOWN_GEOMETRY = "unknown_geometry"
-    WRONG_LENGTH = "wrong_length"
-    TOO_LARGE = "too_large"
-    NO_POSES = "no_poses"
-    NO_CAMERA_INFO = "no_camera_info"
-
-
-_OF_IMAGES = {Fault.NO_POSES, Fault.NO_CAMERA_INFO}
-_OF_NO_POSES = {Fault.UNKNOWN_GEOMETRY, Fault.WRONG_LENGTH, Fault.TOO_LARGE, *_OF_IMAGES}
-_OF_NO_CONFIGURATIONS = {
-    Fault.NOT_UNIT,
-    Fault.UNKNOWN_FRAME,
-    Fault.CONTRADICTORY,
-    Fault.TOO_LARGE,
-    *_OF_IMAGES,
-}
-POSE_FAULTS = tuple(fault for fault in Fault if fault not in _OF_NO_POSES)
-CONFIGURATION_FAULTS = tuple(fault for fault in Fault if fault not in _OF_NO_CONFIGURATIONS)
-POINT_FAULTS = (
-    Fault.MALFORMED,
-    Fault.STALE,
-    Fault.FUTURE,
-    Fault.OUT_OF_ORDER,
-    Fault.UNKNOWN_FRAME,
-    Fault.UNKNOWN_GEOMETRY,
-    Fault.TOO_LARGE,
-)
-IMAGE_FAULTS = (*POINT_FAULTS, Fault.WRONG_LENGTH, Fault.NO_POSES, Fault.NO_CAMERA_INFO)
-INFO_FAULTS = (Fault.MALFORMED, Fault.TOO_LARGE)
-
-
 _FAULTS = {
     PoseFault.NOT_FINITE: Fault.NOT_FINITE,
     PoseFault.FAR_AWAY: Fault.NOT_FINITE,
     PoseFault.NOT_UNIT_QUATERNION: Fault.NOT_UNIT,
     PoseFault.CONTRADICTORY: Fault.CONTRADICTORY,
 }
-
-
-class TimeLimits(NamedTuple):
-    """Nanoseconds of the node's clock: the time now, and how old and how new a pose may be.
-
-    ``now`` of 0 (simulated time that has not begun) switches both checks off, ``max_age`` of 0
-    that of the age. A stamp that no answer could have is never right.
-    """
-
-    now: int
-    max_age: int
-    max_lead: int
-
-    def bounds(self) -> tuple[int, int, int]:
-        """Return the time now, the earliest and the latest stamp of a pose that may be applied."""
-        now, max_age, max_lead = self
-        if now <= 0:
-            return now, EARLIEST, LATEST
-        earliest = max(now - max_age, EARLIEST) if max_age > 0 else EARLIEST
-        return now, earliest, min(now + max_lead, LATEST)
-
-    def of_static(self) -> TimeLimits:
-        """Return the limits of static poses, which are never too old."""
-        return self._replace(max_age=0)
-
-    def problem(self, stamp: int, newest: int) -> tuple[Fault, str] | None:
-        """Return the fault of a pose that would replace one of ``newest``, or None.
-
-        The sentence is to follow "a pose".
-        """
-        _, earliest, latest = self.bounds()
-        status = judge_time(stamp, newest, earliest, latest)
-        return None if status == IN_TIME else self.describe(status, stamp, newest)
-
-    def describe(self, status: int, stamp: int, newest: int) -> tuple[Fault, str]:
-        """Return the verdict of `judge_time` on a stamp, as `problem` does."""
-        if status == OUT_OF_ORDER:
-            earlier = (newest - stamp) * 1e-9
-            return Fault.OUT_OF_ORDER, (
-                f"is stamped {earlier:.3f} s before what it would replace; stamps of the same "
-                "thing must not go back"
-            )
-        if self.now <= 0:
-            return Fault.FUTURE, f"stamped {stamp} ns is later than any message can say"
-        lag = f"stamped {(self.now - stamp) * 1e-9:.3f} s ago is "
-        if status == EARLY:
-            return Fault.STALE, lag + f"older than max_pose_age, {self.max_age * 1e-9:g} s"
-        lead = f"stamped {(stamp - self.now) * 1e-9:.3f} s in the future is "
-        return Fault.FUTURE, lead + f"beyond max_pose_lead, {self.max_lead * 1e-9:g} s"
 
 
 @dataclass

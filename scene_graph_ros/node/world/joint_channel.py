@@ -9,11 +9,13 @@ from typing import Any
 from msg_adapters.poses import JointBatch, joints_from_msg
 from msg_adapters.wire.poses import Layout
 from scene_graph_ros.located import suggestion
-from scene_graph_ros.node.world.intake import Fault, Intake, SourceFrames, TimeLimits
+from scene_graph_ros.node.world.faults import Fault
+from scene_graph_ros.node.world.intake import Intake, SourceFrames
 from scene_graph_ros.node.world.queued_channel import QueuedChannel, Reading
 from scene_graph_ros.node.world.robot_motion import MotionIntake
 from scene_graph_ros.node.world.scene import SourceRecord
 from scene_graph_ros.node.world.source_topics import JOINT_STATE, pose_topic
+from scene_graph_ros.node.world.time_limits import TimeLimits
 
 __all__ = ["JointChannel", "JointRates"]
 

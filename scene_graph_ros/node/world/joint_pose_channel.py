@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from msg_adapters.poses import PoseBatch, poses_from_multi_dof_joint_state
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.located import suggestion
-from scene_graph_ros.node.world.intake import Fault, Intake
+from scene_graph_ros.node.world.faults import Fault
+from scene_graph_ros.node.world.intake import Intake
 from scene_graph_ros.node.world.robot_pose_channel import Heard, RobotPoseChannel
 from scene_graph_ros.node.world.scene import SourceRecord
 from scene_graph_ros.node.world.source_topics import DEFAULT_POSE_TYPE, joint_pose_topic

@@ -13,11 +13,13 @@ from msg_adapters.point_clouds import points_from_msg
 from scene_graph_ros.geometry.errors import NameConflictError, UnknownIdError
 from scene_graph_ros.node.world.bounded_channel import NewestChannel
 from scene_graph_ros.node.world.clouds import NoCloudError, SourceClouds
-from scene_graph_ros.node.world.intake import Fault, Intake, TimeLimits
+from scene_graph_ros.node.world.faults import Fault
+from scene_graph_ros.node.world.intake import Intake
 from scene_graph_ros.node.world.message_sizes import most_bytes
 from scene_graph_ros.node.world.scene import SourceRecord
 from scene_graph_ros.node.world.source_channel import Kept
 from scene_graph_ros.node.world.source_topics import points_topic
+from scene_graph_ros.node.world.time_limits import TimeLimits
 
 __all__ = ["PointChannel"]
 

@@ -14,11 +14,12 @@ from msg_adapters.poses import (
 )
 from msg_adapters.wire.poses import Layout
 from scene_graph_ros.geometry.quoting import quoted
-from scene_graph_ros.node.world.intake import Intake, SourceFrames, TimeLimits
+from scene_graph_ros.node.world.intake import Intake, SourceFrames
 from scene_graph_ros.node.world.queued_channel import QueuedChannel, Reading
 from scene_graph_ros.node.world.scene import SourceRecord
 from scene_graph_ros.node.world.source_channel import Kept
 from scene_graph_ros.node.world.source_topics import POSE_STAMPED, pose_topic, TRANSFORM_STAMPED
+from scene_graph_ros.node.world.time_limits import TimeLimits
 
 __all__ = ["PoseChannel"]
 

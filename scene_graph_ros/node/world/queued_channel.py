@@ -18,10 +18,11 @@ from rclpy.serialization import serialize_message
 
 from msg_adapters.wire.pose_kinds import POSE_KINDS
 from msg_adapters.wire.poses import Layout, PoseWire
-from scene_graph_ros.node.world.intake import Intake, SourceFrames, TimeLimits
+from scene_graph_ros.node.world.intake import Intake, SourceFrames
 from scene_graph_ros.node.world.message_sizes import most_bytes
 from scene_graph_ros.node.world.scene import SourceRecord
 from scene_graph_ros.node.world.source_channel import Kept, SourceChannel
+from scene_graph_ros.node.world.time_limits import TimeLimits
 
 __all__ = ["QUEUED", "QueuedChannel", "Reading"]
 

@@ -15,7 +15,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.spatial.pose_kernels import check_poses, VALID
 from scene_graph_ros.geometry.spatial.poses import compose, inverse
-from scene_graph_ros.node.world.intake import Fault, Intake, SourceFrames, TimeLimits, UNSTAMPED
+from scene_graph_ros.node.world.faults import Fault
+from scene_graph_ros.node.world.intake import Intake, SourceFrames, UNSTAMPED
+from scene_graph_ros.node.world.time_limits import TimeLimits
 from scene_graph_ros.robots.robot_parts import JointType
 
 if TYPE_CHECKING:

@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 
 from msg_adapters.poses import PoseBatch
 from msg_adapters.wire.poses import Layout
-from scene_graph_ros.node.world.intake import Fault, Intake, SourceFrames, TimeLimits
+from scene_graph_ros.node.world.faults import Fault
+from scene_graph_ros.node.world.intake import Intake, SourceFrames
 from scene_graph_ros.node.world.queued_channel import QueuedChannel, Reading
 from scene_graph_ros.node.world.robot_motion import BASE, MotionIntake, RobotMotion
 from scene_graph_ros.node.world.scene import SourceRecord
+from scene_graph_ros.node.world.time_limits import TimeLimits
 
 __all__ = ["Heard", "RobotPoseChannel"]
 

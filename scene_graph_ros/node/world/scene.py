@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from scene_graph_ros.node.world.robot_motion import RobotMotion
     from scene_graph_ros.scene_files.loaded_scene import DepthSettings
 
-__all__ = ["Attachment", "Edit", "Scene", "SourceRecord"]
+__all__ = ["Attachment", "Edit", "Scene", "SourceRecord", "records_of"]
 
 
 @dataclass(frozen=True)
@@ -380,3 +380,15 @@ def _bring_poses(old: SourceFrames, new: SourceFrames, rehung: frozenset[FrameId
     kept = (rows >= 0) & stays
     new.X_PF[kept], new.stamps[kept] = old.X_PF[rows[kept]], old.stamps[rows[kept]]
     new.is_static[kept] = old.is_static[rows[kept]]
+
+
+def records_of(scene_graph: SceneGraph) -> dict[str, SourceRecord]:
+    """Return the sources of a scene graph by name, without the world's own."""
+    inspector = scene_graph.model_inspector()
+    records = {}
+    own = inspector.get_owning_source_id(inspector.world_frame_id())
+    for source_id in inspector.get_all_source_ids():
+        if source_id != own:
+            name = inspector.get_name(source_id)
+            records[name] = SourceRecord(source_id, name)
+    return records

@@ -19,9 +19,11 @@ from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.node.runtime.loop import OwnThreadGroup
 from scene_graph_ros.node.runtime.raw_topics import RawTopics, Reader, TopicReaders
-from scene_graph_ros.node.world.intake import Fault, Intake, TimeLimits
+from scene_graph_ros.node.world.faults import Fault
+from scene_graph_ros.node.world.intake import Intake
 from scene_graph_ros.node.world.message_sizes import too_long
 from scene_graph_ros.node.world.scene import SourceRecord
+from scene_graph_ros.node.world.time_limits import TimeLimits
 from scene_graph_ros.node.world.world import World
 
 __all__ = ["Channels", "Inputs", "Kept", "SourceChannel", "apply_kept"]

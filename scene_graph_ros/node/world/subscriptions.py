@@ -12,9 +12,9 @@ from scene_graph_ros.node.world.configuration_inputs import ConfigurationInputs
 from scene_graph_ros.node.world.depth_inputs import DepthInputs, InfoInputs
 from scene_graph_ros.node.world.description_channel import Describe, DescriptionInputs
 from scene_graph_ros.node.world.inputs import BASE_POSES, JOINT_POSES, PoseInputs, POSES
-from scene_graph_ros.node.world.intake import TimeLimits
 from scene_graph_ros.node.world.point_inputs import PointInputs
 from scene_graph_ros.node.world.source_channel import Inputs
+from scene_graph_ros.node.world.time_limits import TimeLimits
 from scene_graph_ros.node.world.world import World
 
 __all__ = ["Collected", "Subscriptions"]

@@ -10,13 +10,8 @@ import numpy as np
 
 from msg_adapters.poses import PoseBatch, poses_from_tf
 from msg_adapters.wire.poses import Layout
-from scene_graph_ros.node.world.intake import (
-    Fault,
-    Intake,
-    SourceFrames,
-    TimeLimits,
-    UNSTAMPED,
-)
+from scene_graph_ros.node.world.faults import Fault
+from scene_graph_ros.node.world.intake import Intake, SourceFrames, UNSTAMPED
 from scene_graph_ros.node.world.queued_channel import QueuedChannel, Reading
 from scene_graph_ros.node.world.scene import SourceRecord
 from scene_graph_ros.node.world.source_channel import Kept
@@ -28,6 +23,7 @@ from scene_graph_ros.node.world.tf_tree import (
     STATIC,
     TfTree,
 )
+from scene_graph_ros.node.world.time_limits import TimeLimits
 
 __all__ = ["STATIC_TOPIC", "TfChannel", "TfReader"]
 

@@ -27,7 +27,7 @@ from scene_graph_ros.node.world.deformables import SourceDeformables
 from scene_graph_ros.node.world.half_spaces import check_half_spaces
 from scene_graph_ros.node.world.handles import Handle, new_token
 from scene_graph_ros.node.world.intake import SourceFrames, UNSTAMPED
-from scene_graph_ros.node.world.scene import Edit, Scene, SourceRecord
+from scene_graph_ros.node.world.scene import Edit, records_of, Scene, SourceRecord
 from scene_graph_ros.node.world.scene_robots import SceneRobots
 
 if TYPE_CHECKING:
@@ -206,7 +206,7 @@ class World:
         self._watchers_lock = threading.Lock()
         graph = SceneGraph() if scene_graph is None else scene_graph
         check_half_spaces(graph.model_inspector())
-        records = _records_of(graph)
+        records = records_of(graph)
         handles = {name: Handle(new_token()) for name in records}
         self._scene = Scene(Edit(graph, records, handles), None, world_frame=world_frame)
         self._scene.take_poses(None)
@@ -403,14 +403,3 @@ def _images_of(scene: Scene) -> dict[str, SeenImage]:
         for name, state in states.items()
         if state is not None and state.newest is not None
     }
-
-
-def _records_of(scene_graph: SceneGraph) -> dict[str, SourceRecord]:
-    inspector = scene_graph.model_inspector()
-    records = {}
-    own = inspector.get_owning_source_id(inspector.world_frame_id())
-    for source_id in inspector.get_all_source_ids():
-        if source_id != own:
-            name = inspector.get_name(source_id)
-            records[name] = SourceRecord(source_id, name)
-    return records

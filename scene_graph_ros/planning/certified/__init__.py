@@ -4,8 +4,9 @@ Searches and their results are public in `scene_graph_ros.planning`. Their plane
 programs and further options are public here. Names are imported when they are first used.
 """
 
-import importlib
-from typing import Any, TYPE_CHECKING
+from typing import TYPE_CHECKING
+
+from scene_graph_ros.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from scene_graph_ros.planning.certified.lagrangians import (
@@ -44,32 +45,4 @@ __all__ = [
     "SeparationCertificateProgram",
 ]
 
-_MODULES = {
-    "lagrangians": ("AffineFunction", "Lagrangian", "SeparatingPlaneLagrangians"),
-    "search_options": (
-        "FindPolytopeGivenLagrangianOptions",
-        "FindSeparationCertificateGivenPolytopeOptions",
-        "FindSeparationCertificateOptions",
-    ),
-    "separating_planes": (
-        "CIrisCollisionGeometry",
-        "CIrisGeometryType",
-        "CSpaceSeparatingPlane",
-        "PlaneSide",
-        "SeparatingPlaneOrder",
-    ),
-    "separation_certificate_program": ("SeparationCertificateProgram",),
-}
-_MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _MODULE_OF:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(importlib.import_module(f"{__name__}.{_MODULE_OF[name]}"), name)
-    globals()[name] = value
-    return value
-
-
-def __dir__() -> list[str]:
-    return [*globals(), *__all__]
+__getattr__, __dir__ = lazy_names(__name__)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
+from scene_graph_ros.missing_package import not_installed
 from scene_graph_ros.planning.optimal_control.errors import MissingCasadiError
 
 __all__ = ["get_casadi"]
@@ -15,6 +16,4 @@ def get_casadi() -> Any:
     try:
         return importlib.import_module("casadi")
     except ImportError as error:
-        raise MissingCasadiError(
-            "trajectory optimization needs CasADi: python -m pip install casadi"
-        ) from error
+        raise MissingCasadiError(not_installed("trajectory optimization", "casadi")) from error

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,6 +12,7 @@ from scene_graph_ros.geometry.broadphase.aabb import world_boxes
 from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.model.paths import GeometryPair
 from scene_graph_ros.geometry.model.snapshot import Snapshot
+from scene_graph_ros.geometry.shapes.every_kind import every_kind
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.spatial.sums import length, product
 from scene_graph_ros.geometry.tables.held_table import HeldTable
@@ -252,6 +253,22 @@ def carrier(inspector: Any, frame: Any, links: Mapping[int, int]) -> tuple[int, 
     return -1, ()
 
 
+_RADII: dict[ShapeKind, Callable[[NDArray[np.float64]], float] | None] = every_kind(
+    "balls around shapes, by half of their boxes",
+    {
+        ShapeKind.SPHERE: lambda half: half.max(),
+        ShapeKind.CAPSULE: lambda half: half.max(),
+        ShapeKind.BOX: length,
+        ShapeKind.CYLINDER: lambda half: float(np.hypot(half[0], half[2])),
+        ShapeKind.ELLIPSOID: lambda half: half.max(),
+        ShapeKind.HALF_SPACE: lambda half: np.inf,
+        # By their vertices.
+        ShapeKind.CONVEX: None,
+        ShapeKind.MESH: None,
+    },
+)
+
+
 def _bounds(shapes: CheckedShapes, rows: NDArray[np.int64]) -> tuple[NDArray[np.float64], ...]:
     """Return centres and radii of balls, and corners of boxes, around each row's shape in G.
 
@@ -269,25 +286,19 @@ def _bounds(shapes: CheckedShapes, rows: NDArray[np.int64]) -> tuple[NDArray[np.
     )
     centers, radii = np.zeros((len(rows), 3)), np.empty(len(rows))
     for b, row in enumerate(rows):
-        kind = table.kind[row]
+        kind = ShapeKind(table.kind[row])
         if kind == ShapeKind.HALF_SPACE:
             radii[b], lower[b], upper[b] = np.inf, -np.inf, (np.inf, np.inf, 0.0)
             continue
         centers[b] = 0.5 * (lower[b] + upper[b])
         half = 0.5 * (upper[b] - lower[b])
-        if are_clouds[b]:
-            radii[b] = length(half)
-        elif kind in (ShapeKind.SPHERE, ShapeKind.CAPSULE, ShapeKind.ELLIPSOID):
-            radii[b] = half.max()
-        elif kind == ShapeKind.CYLINDER:
-            radii[b] = np.hypot(half[0], half[2])
-        elif kind == ShapeKind.BOX:
-            radii[b] = length(half)
-        else:
-            hull = table.hull[row]
-            hulls = table.hulls
-            vertices = hulls.vertices[hulls.vertex_start[hull] : hulls.vertex_start[hull + 1]]
-            radii[b] = np.linalg.norm(vertices - centers[b], axis=1).max()
+        of_kind = length if are_clouds[b] else _RADII[kind]
+        if of_kind is not None:
+            radii[b] = of_kind(half)
+            continue
+        hull, hulls = table.hull[row], table.hulls
+        vertices = hulls.vertices[hulls.vertex_start[hull] : hulls.vertex_start[hull + 1]]
+        radii[b] = np.linalg.norm(vertices - centers[b], axis=1).max()
     return centers, radii * _OUTWARDS, lower, upper
 
 

@@ -1,5 +1,7 @@
 """Balls and boxes that are inside bodies: where these overlap, so do the bodies."""
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,6 +14,7 @@ from scene_graph_ros.geometry.compiled.lanes import (
     magnitude,
     root,
 )
+from scene_graph_ros.geometry.shapes.every_kind import every_kind
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.spatial.sums import product
 from scene_graph_ros.geometry.tables.table_arrays import ShapeTable
@@ -41,24 +44,35 @@ def inner_covers(
     return result
 
 
+_RADII: dict[ShapeKind, Callable[[float, float, float], float] | None] = every_kind(
+    "balls inside of shapes",
+    {
+        ShapeKind.SPHERE: lambda x, y, z: x,
+        ShapeKind.CAPSULE: lambda x, y, z: x,
+        ShapeKind.BOX: min,
+        ShapeKind.CYLINDER: lambda x, y, z: min(x, y),
+        ShapeKind.ELLIPSOID: min,
+        ShapeKind.HALF_SPACE: lambda x, y, z: 0.0,
+        # By their faces.
+        ShapeKind.CONVEX: None,
+        ShapeKind.MESH: None,
+    },
+)
+
+
 def _inner(table: ShapeTable, row: int, center: NDArray[np.float64]) -> tuple[float, ...]:
     x, y, z = table.size[row]
-    match ShapeKind(table.kind[row]):
-        case ShapeKind.BOX:
-            return _ROUNDING * min(x, y, z), x, y, z, 0.0
-        case ShapeKind.SPHERE | ShapeKind.CAPSULE:
-            radius = x
-        case ShapeKind.CYLINDER:
-            radius = min(x, y)
-        case ShapeKind.ELLIPSOID:
-            radius = min(x, y, z)
-        case ShapeKind.HALF_SPACE:
-            return _UNKNOWN
-        case _:
-            hull, hulls = table.hull[row], table.hulls
-            faces = slice(hulls.face_start[hull], hulls.face_start[hull + 1])
-            beyond = hulls.face_offsets[faces] - product(hulls.face_normals[faces], center)
-            radius = beyond.min(initial=np.inf) if not table.exact[row] else 0.0
+    kind = ShapeKind(table.kind[row])
+    if kind is ShapeKind.BOX:
+        return _ROUNDING * min(x, y, z), x, y, z, 0.0
+    of_size = _RADII[kind]
+    if of_size is not None:
+        radius = of_size(x, y, z)
+    else:
+        hull, hulls = table.hull[row], table.hulls
+        faces = slice(hulls.face_start[hull], hulls.face_start[hull + 1])
+        beyond = hulls.face_offsets[faces] - product(hulls.face_normals[faces], center)
+        radius = beyond.min(initial=np.inf) if not table.exact[row] else 0.0
     if not 0.0 < radius < np.inf:
         return _UNKNOWN
     return _ROUNDING * radius, 0.0, 0.0, 0.0, _ROUNDING * radius

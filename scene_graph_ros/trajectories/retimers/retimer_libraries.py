@@ -7,6 +7,7 @@ import importlib
 from typing import Any, NamedTuple
 
 from scene_graph_ros.geometry.errors import SceneGraphError
+from scene_graph_ros.missing_package import not_installed
 
 __all__ = ["MissingRetimerError", "ToppraLibrary", "get_ruckig", "get_toppra"]
 
@@ -31,9 +32,7 @@ def get_toppra() -> ToppraLibrary:
             *(importlib.import_module(f"toppra.{name}") for name in ToppraLibrary._fields)
         )
     except ImportError as error:
-        raise MissingRetimerError(
-            "the retimer 'toppra' needs TOPP-RA: python -m pip install toppra"
-        ) from error
+        raise MissingRetimerError(not_installed("the retimer 'toppra'", "toppra")) from error
 
 
 @cache
@@ -42,6 +41,4 @@ def get_ruckig() -> Any:
     try:
         return importlib.import_module("ruckig")
     except ImportError as error:
-        raise MissingRetimerError(
-            "the retimer 'ruckig' needs Ruckig: python -m pip install ruckig"
-        ) from error
+        raise MissingRetimerError(not_installed("the retimer 'ruckig'", "ruckig")) from error

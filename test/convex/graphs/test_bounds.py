@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import itertools
 import sys
-from types import SimpleNamespace
 
 import clarabel
 import numpy as np
 import pytest
 
 from scene_graph_ros.convex.graphs.relax.bounds import bound_of_paths, Potentials
-from scene_graph_ros.convex.solve.cones import cone_program
+from scene_graph_ros.convex.solve.cones import optimum as wall
+from scene_graph_ros.convex.solve.cones.standard_form import Status
 from scene_graph_ros.geometry.optimization import (
     GraphOfConvexSets,
     GraphOfConvexSetsOptions,
@@ -94,16 +94,15 @@ def test_a_solver_that_is_wrong_does_not_spoil_the_bound(monkeypatch):
     """Multipliers that are off by a tenth make the bound worse, not wrong."""
     graph, start, end = grid()
     truth = graph.solve_shortest_path(start, end)
-    ask = cone_program._ask_clarabel
+    ask = wall.ask_clarabel
 
-    def ask_wrongly(A, b, q, *others):
-        found = ask(A, b, q, *others)
+    def ask_wrongly(form, *others):
+        found = ask(form, *others)
         rng = np.random.default_rng(0)
-        z = np.asarray(found.z) * (1.0 + 0.1 * rng.uniform(-1.0, 1.0, len(b)))
-        return SimpleNamespace(x=found.x, z=z, s=found.s, status=found.status)
+        return found._replace(z=found.z * (1.0 + 0.1 * rng.uniform(-1.0, 1.0, len(form.b))))
 
-    monkeypatch.setattr(cone_program, "_ask_clarabel", ask_wrongly)
-    monkeypatch.setattr(cone_program, "_ACCEPTED", np.inf)
+    monkeypatch.setattr(wall, "ask_clarabel", ask_wrongly)
+    monkeypatch.setattr(wall, "_ACCEPTED", np.inf)
     wrong = graph.solve_shortest_path(start, end, RELAXED)
     assert wrong.lower_bound < truth.lower_bound
     assert wrong.cost >= truth.lower_bound
@@ -112,14 +111,13 @@ def test_a_solver_that_is_wrong_does_not_spoil_the_bound(monkeypatch):
 def test_a_solution_that_does_not_solve_is_an_error_with_its_residual(monkeypatch):
     """Numbers that are no solution are refused at the wall."""
     graph, start, end = grid()
-    ask = cone_program._ask_clarabel
+    ask = wall.ask_clarabel
 
-    def ask_wrongly(A, b, q, *others):
-        found = ask(A, b, q, *others)
-        x = np.asarray(found.x) + 0.01
-        return SimpleNamespace(x=x, z=found.z, s=found.s, status="Solved")
+    def ask_wrongly(*asked):
+        found = ask(*asked)
+        return found._replace(x=found.x + 0.01, status=Status.SOLVED, word="Solved")
 
-    monkeypatch.setattr(cone_program, "_ask_clarabel", ask_wrongly)
+    monkeypatch.setattr(wall, "ask_clarabel", ask_wrongly)
     with pytest.raises(SolverError, match=r"largest residual \d"):
         graph.solve_shortest_path(start, end, RELAXED)
 
@@ -127,18 +125,17 @@ def test_a_solution_that_does_not_solve_is_an_error_with_its_residual(monkeypatc
 def test_a_relaxation_is_solved_with_refined_steps_where_it_is_off_without(monkeypatch):
     """Once without, which is enough; with them where what comes is off by more than is trusted."""
     graph, start, end = grid()
-    ask = cone_program._ask_clarabel
+    ask = wall.ask_clarabel
     asked, off = [], 0.0
 
-    def ask_and_note(A, b, q, cones, tolerance, what, options=None):
-        found = ask(A, b, q, cones, tolerance, what, options)
+    def ask_and_note(form, tolerance, options, what):
+        found = ask(form, tolerance, options, what)
         if "relaxation" not in what:
             return found
-        asked.append((tolerance, options is None))
-        x = np.asarray(found.x) + (0.0 if options is None else off)
-        return SimpleNamespace(x=x, z=found.z, s=found.s, status=found.status)
+        asked.append((tolerance, not options))
+        return found._replace(x=found.x + (off if options else 0.0))
 
-    monkeypatch.setattr(cone_program, "_ask_clarabel", ask_and_note)
+    monkeypatch.setattr(wall, "ask_clarabel", ask_and_note)
     options = GraphOfConvexSetsOptions(convex_relaxation=True, max_tightenings=0)
     plain = graph.solve_shortest_path(start, end, options)
     assert asked == [(1e-10, False)]

@@ -219,7 +219,7 @@ def test_without_its_package_the_error_says_what_to_install(monkeypatch, solver,
     monkeypatch.setattr(
         importlib.util, "find_spec", lambda name: None if name == package else find(name)
     )
-    with pytest.raises(ConvexSetError, match=f"not installed; pip install {package}"):
+    with pytest.raises(ConvexSetError, match=f"not installed: pip install {package}"):
         GraphOfConvexSetsOptions(solver=solver)
 
 

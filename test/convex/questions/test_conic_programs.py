@@ -1,12 +1,12 @@
 """Programs over cones, and membership in every kind of set by them."""
 
 import math
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from scene_graph_ros.convex.solve.cones import cone_program
+from scene_graph_ros.convex.solve.cones import optimum as wall
+from scene_graph_ros.convex.solve.cones.standard_form import Status
 from scene_graph_ros.geometry.optimization import (
     AffineBall,
     AffineSubspace,
@@ -274,16 +274,14 @@ def test_bad_arguments_are_named():
 def test_a_solver_that_loses_its_way_is_asked_to_take_shorter_steps(monkeypatch):
     """Once more, and only where nothing near was found; what it says then is measured alike."""
     asked = []
-    ask = cone_program._ask_clarabel
+    ask = wall.ask_clarabel
 
-    def lost(A, b, q, cones, tolerance, what, options=None):
-        asked.append(dict(options or {}))
-        found = ask(A, b, q, cones, tolerance, what, options)
+    def lost(form, tolerance, options, what):
+        asked.append(dict(options))
+        found = ask(form, tolerance, options, what)
         if "max_step_fraction" in asked[-1]:
             return found
-        return SimpleNamespace(
-            x=found.x, z=np.add(found.z, 1.0), s=found.s, status="NumericalError"
-        )
+        return found._replace(z=found.z + 1.0, status=Status.UNSURE, word="NumericalError")
 
     def solve():
         program = ConicProgram()
@@ -293,7 +291,7 @@ def test_a_solver_that_loses_its_way_is_asked_to_take_shorter_steps(monkeypatch)
         return program.solve()
 
     assert solve().cost == pytest.approx(3.0, abs=1e-7)
-    monkeypatch.setattr(cone_program, "_ask_clarabel", lost)
+    monkeypatch.setattr(wall, "ask_clarabel", lost)
     assert solve().cost == pytest.approx(3.0, abs=1e-7)
     assert ["max_step_fraction" in options for options in asked][-1:] == [True]
     assert sum("max_step_fraction" in options for options in asked) == 1

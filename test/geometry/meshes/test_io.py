@@ -1,3 +1,5 @@
+import re
+
 import numpy as np
 import pytest
 import trimesh
@@ -73,6 +75,17 @@ def test_unit_of_collada_is_applied(tmp_path):
         text = text.replace("<up_axis>", '<unit meter="0.01" name="centimeter" /><up_axis>')
     path.write_text(text)
     assert np.ptp(read_mesh(path)[0]) == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize("axis", ["X_UP", "Y_UP", "Z_UP"])
+def test_up_axis_of_collada_is_not_applied(tmp_path, axis):
+    """A DAE is read as its numbers are, whichever axis it calls up."""
+    path = tmp_path / "box.dae"
+    trimesh.creation.box((1.0, 2.0, 3.0)).export(path)
+    text = re.sub(r"<up_axis>\w+</up_axis>", "", path.read_text())
+    path.write_text(text.replace("</asset>", f"<up_axis>{axis}</up_axis></asset>"))
+    assert f"<up_axis>{axis}</up_axis></asset>" in path.read_text()
+    np.testing.assert_allclose(np.ptp(read_mesh(path)[0], axis=0), (1.0, 2.0, 3.0), rtol=1e-12)
 
 
 @pytest.mark.parametrize(

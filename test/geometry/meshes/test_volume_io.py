@@ -110,3 +110,46 @@ def test_a_file_of_another_program_is_read(tmp_path):
     cells = [("tetra", np.array([[0, 1, 2, 3]], dtype=np.int32))]
     meshio.Mesh(points, cells).write(path, binary=True)
     assert load_volume_mesh(path).volume == pytest.approx(1.0 / 6.0, rel=1e-15)
+
+
+CORNERS = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
+# Kuhn's six tetrahedra of a cube, all around its diagonal.
+KUHN = np.array(
+    [(0, 4, 6, 7), (0, 6, 2, 7), (0, 2, 3, 7), (0, 3, 1, 7), (0, 1, 5, 7), (0, 5, 4, 7)]
+)
+
+
+def contents_of(points, tetrahedra, folder):
+    """Return the bytes of a VTK file."""
+    path = folder / "it.vtk"
+    meshio.Mesh(points, [("tetra", tetrahedra)]).write(path)
+    return path.read_bytes()
+
+
+def test_tetrahedra_with_points_of_their_own_are_welded(tmp_path):
+    """They are one cube, whose surface is that of the cube."""
+    contents = contents_of(CORNERS[KUHN].reshape(-1, 3), np.arange(24).reshape(-1, 4), tmp_path)
+    mesh = parse_volume_mesh(contents, "vtk", name="it")
+    assert (mesh.num_vertices, len(mesh.boundary_triangles())) == (8, 12)
+    assert mesh.volumes().sum() == pytest.approx(1.0, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "shift", [(0.3, 0.2, 0.1), (0.5, 0.5, 0.0), (0.0, 0.0, 0.0)], ids=["inside", "along", "twice"]
+)
+@pytest.mark.parametrize("size", [0.4, 1.0])
+def test_tetrahedra_that_overlap_are_refused(tmp_path, shift, size):
+    """A second cube in the first one or across it, or another one on the same points."""
+    points = np.vstack([CORNERS, CORNERS * size + shift])
+    contents = contents_of(points, np.vstack([KUHN, KUHN + 8]), tmp_path)
+    with pytest.raises(MeshError, match=r"my mesh: .*(overlap|belongs to 4 tetrahedra)"):
+        parse_volume_mesh(contents, "vtk", name="my mesh")
+
+
+def test_tetrahedra_that_touch_are_taken(tmp_path):
+    """Two cubes with a face in common, one of them with points of its own."""
+    points = np.vstack([CORNERS, CORNERS + np.array([1.0, 0.0, 0.0])])
+    mesh = parse_volume_mesh(
+        contents_of(points, np.vstack([KUHN, KUHN + 8]), tmp_path), "vtk", name="it"
+    )
+    assert (mesh.num_vertices, len(mesh.boundary_triangles())) == (12, 20)

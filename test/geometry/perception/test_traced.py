@@ -307,4 +307,4 @@ def test_without_mitsuba_the_remedy_is_named():
     )
     command = [sys.executable, "-c", code]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert "Mitsuba is not installed: pip install mitsuba" in done.stdout
+    assert "mitsuba, which is not installed: pip install mitsuba==3.9.1" in done.stdout

@@ -25,7 +25,9 @@ from scene_graph_ros.geometry.errors import (
     UnknownIdError,
 )
 from scene_graph_ros.node.world.edits import EDITS
-from scene_graph_ros.node.world.intake import Fault, Intake, TimeLimits
+from scene_graph_ros.node.world.faults import Fault
+from scene_graph_ros.node.world.intake import Intake
+from scene_graph_ros.node.world.time_limits import TimeLimits
 from scene_graph_ros.planning import EdgeStatus
 
 WALL = """  - name: wall

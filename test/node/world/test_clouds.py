@@ -8,11 +8,13 @@ import pytest
 from rclpy.serialization import serialize_message
 
 from scene_graph_ros.node.effects.declarations import EFFECT_NAMES
+from scene_graph_ros.node.world.faults import Fault
 from scene_graph_ros.node.world.inputs import message_type
-from scene_graph_ros.node.world.intake import Fault, Intake, TimeLimits, UNSTAMPED
+from scene_graph_ros.node.world.intake import Intake, UNSTAMPED
 from scene_graph_ros.node.world.point_channel import PointChannel
 from scene_graph_ros.node.world.scenes import SceneLoader
 from scene_graph_ros.node.world.source_channel import apply_kept
+from scene_graph_ros.node.world.time_limits import TimeLimits
 from scene_graph_ros.node.world.world import World
 
 SCENE = """

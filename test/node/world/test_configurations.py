@@ -12,8 +12,10 @@ from msg_adapters.deformables import configurations_to_msg
 from scene_graph_ros.geometry import Box, GeometryInstance, SceneGraph
 from scene_graph_ros.node.world.configurations import ConfigurationChannel
 from scene_graph_ros.node.world.deformables import deformables_by_source
-from scene_graph_ros.node.world.intake import Fault, Intake, TimeLimits, UNSTAMPED
+from scene_graph_ros.node.world.faults import Fault
+from scene_graph_ros.node.world.intake import Intake, UNSTAMPED
 from scene_graph_ros.node.world.scene import SourceRecord
+from scene_graph_ros.node.world.time_limits import TimeLimits
 from scene_graph_ros.node.world.world import World
 
 NOW = 1_000_000_000_000

@@ -11,10 +11,12 @@ from std_msgs.msg import Header
 
 from scene_graph_ros.node.effects.declarations import EFFECT_NAMES
 from scene_graph_ros.node.world.depth_channel import DepthChannel, InfoChannel, PATIENCE
+from scene_graph_ros.node.world.faults import Fault
 from scene_graph_ros.node.world.inputs import make_channel, message_type, POSES
-from scene_graph_ros.node.world.intake import Fault, Intake, TimeLimits
+from scene_graph_ros.node.world.intake import Intake
 from scene_graph_ros.node.world.scenes import SceneLoader
 from scene_graph_ros.node.world.source_channel import apply_kept
+from scene_graph_ros.node.world.time_limits import TimeLimits
 from scene_graph_ros.node.world.world import World
 
 URDF = """<robot name="arm"><link name="root"/><link name="upper">

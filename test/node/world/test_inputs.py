@@ -25,9 +25,11 @@ from msg_adapters.wire.poses import Layout
 from scene_graph_ros.geometry import GeometryFrame, SceneGraph
 from scene_graph_ros.geometry.spatial.quaternion_kernels import poses_from_quaternions_kernel
 from scene_graph_ros.geometry.spatial.record_kernels import are_valid, latest, place_records
-from scene_graph_ros.node.world.intake import Fault, Intake, SourceFrames, TimeLimits, UNSTAMPED
+from scene_graph_ros.node.world.faults import Fault
+from scene_graph_ros.node.world.intake import Intake, SourceFrames, UNSTAMPED
 from scene_graph_ros.node.world.pose_channel import PoseChannel
 from scene_graph_ros.node.world.scene import SourceRecord
+from scene_graph_ros.node.world.time_limits import TimeLimits
 from scene_graph_ros.node.world.world import World
 from scene_graph_ros.warmup.main_job import read_poses
 

@@ -16,14 +16,9 @@ from scene_graph_ros.geometry import (
     Sphere,
 )
 from scene_graph_ros.geometry.errors import NameConflictError, OwnershipError, UnknownIdError
-from scene_graph_ros.node.world.intake import (
-    Fault,
-    Intake,
-    SourceFrames,
-    Statistics,
-    TimeLimits,
-    UNSTAMPED,
-)
+from scene_graph_ros.node.world.faults import Fault
+from scene_graph_ros.node.world.intake import Intake, SourceFrames, Statistics, UNSTAMPED
+from scene_graph_ros.node.world.time_limits import TimeLimits
 from scene_graph_ros.node.world.world import World
 
 NOW = 1_000_000_000_000

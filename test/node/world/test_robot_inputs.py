@@ -15,12 +15,13 @@ from msg_adapters.poses import multi_dof_joint_state_to_msg
 from msg_adapters.stamps import stamp_to_msg
 from scene_graph_ros.geometry.spatial.poses import pose_from_xyz_rpy
 from scene_graph_ros.node.services.waiting import PoseRequirement
+from scene_graph_ros.node.world.faults import Fault
 from scene_graph_ros.node.world.inputs import (
     BASE_POSES,
     JOINT_POSES,
     POSES,
 )
-from scene_graph_ros.node.world.intake import Fault, UNSTAMPED
+from scene_graph_ros.node.world.intake import UNSTAMPED
 from scene_graph_ros.node.world.world import STATIC
 
 

@@ -16,8 +16,8 @@ from searching import times
 from sensor_msgs.msg import JointState
 
 from msg_adapters.stamps import stamp_to_msg
+from scene_graph_ros.node.world.faults import Fault
 from scene_graph_ros.node.world.inputs import BASE_POSES, POSES
-from scene_graph_ros.node.world.intake import Fault
 from scene_graph_ros.node.world.source_channel import apply_kept
 from scene_graph_ros.node.world.tf_tree import MissingTransformError, TfTree
 

@@ -6,7 +6,7 @@ A small share here; `make search` looks at a million configurations.
 import numpy as np
 import pytest
 from searching import times
-from small_arm import ARM
+from sensed_cell import SensedCell
 
 from scene_graph_ros.geometry import (
     CollisionFilterDeclaration,
@@ -16,66 +16,44 @@ from scene_graph_ros.geometry import (
     PointCloud,
     ProximityProperties,
     QueryObject,
-    SceneGraph,
     Sphere,
 )
-from scene_graph_ros.planning import EdgeStatus, RobotDiagram, SceneGraphCollisionChecker
+from scene_graph_ros.planning import EdgeStatus, SceneGraphCollisionChecker
 from scene_graph_ros.planning.checker.carried_checker import pack
 from scene_graph_ros.planning.checker.configuration_checks import first_of_all
 from scene_graph_ros.planning.edges import cloud_proofs
 from scene_graph_ros.planning.pairs.check_kernels import NO_PAIR
-from scene_graph_ros.scene_files import load_urdf, register_robot
-
-SHAPES = """
-  <link name="{name}">
-    <collision><origin xyz="0.25 0 0"/><geometry><box size="0.5 0.1 0.1"/></geometry></collision>
-    <collision><origin xyz="0.1 0.1 0.1"/><geometry><sphere radius="0.06"/></geometry></collision>
-    <collision><origin xyz="0.3 -0.1 0" rpy="1 0 0"/>
-      <geometry><cylinder radius="0.05" length="0.2"/></geometry></collision>
-  </link>"""
 
 
-class Cell:
+def at(center):
+    """Return a pose without a rotation."""
+    X = np.eye(4)
+    X[:3, 3] = center
+    return X
+
+
+class Cell(SensedCell):
     """An arm with a cloud around it, and the same with each ball as a geometry."""
 
     def __init__(self, tmp_path, points, radii, *, padding=0.0, as_spheres=False):
-        file = tmp_path / "arm.urdf"
-        links = ARM[: ARM.index('<link name="upper">')]
-        joints = ARM[ARM.index('<joint name="shoulder"') :]
-        file.write_text(links + SHAPES.format(name="upper") + SHAPES.format(name="lower") + joints)
-        self.model = load_urdf(file)
-        self.graph = SceneGraph()
-        arm = self.graph.register_source("arm")
-        self.frames = register_robot(self.model, self.graph, arm)
-        self.camera = self.graph.register_source("camera")
+        super().__init__(tmp_path)
         shapes = [PointCloud([], radii.max(initial=0.01))]
         if as_spheres:
             shapes = [Sphere(r) for r in radii]
         self.ids = [
-            self.add(shape, points[k] if as_spheres else np.zeros(3), f"ball_{k}")
+            self.add(shape, at(points[k] if as_spheres else np.zeros(3)), f"ball_{k}")
             for k, shape in enumerate(shapes)
         ]
         self.context = self.graph.create_default_context()
         if not as_spheres:
             self.set(points, radii)
-        self.robots = RobotDiagram(
-            self.graph, self.context, self.model.kinematic_tree(), self.frames
-        )
-        self.checker = SceneGraphCollisionChecker(self.robots, env_collision_padding=padding)
-
-    def add(self, shape, center, name):
-        """Register what stands still and collides."""
-        X = np.eye(4)
-        X[:3, 3] = center
-        instance = GeometryInstance(X, shape, name)
-        instance.set_proximity_properties(ProximityProperties())
-        return self.graph.register_anchored_geometry(self.camera, instance)
+        self.checker = self.new_checker(padding)
 
     def set(self, points, radii):
         """Give the cloud these balls."""
         one = radii.size == 0 or (radii == self.context.inspector().get_shape(self.ids[0]).radius)
         value = points if np.all(one) else (points, radii)
-        self.context.set_points(self.camera, {self.ids[0]: value})
+        self.context.set_points(self.sensor, {self.ids[0]: value})
 
 
 def ring(rng, n, radius):
@@ -167,14 +145,14 @@ def test_a_checker_at_another_moment_has_its_points(tmp_path):
     cell = Cell(tmp_path, points, radii)
     q = rng.uniform(-2.0, 2.0, (300, 2))
     before = cell.checker.check_configs_collision_free(q)
-    cell.context.set_points(cell.camera, {cell.ids[0]: points[::2]})
+    cell.context.set_points(cell.sensor, {cell.ids[0]: points[::2]})
     other = cell.checker.at(cell.context.snapshot)
     fresh = SceneGraphCollisionChecker(cell.robots)
     after = other.check_configs_collision_free(q)
     assert (after == fresh.check_configs_collision_free(q)).all()
     assert (after | ~before).all()
     assert after.sum() > before.sum()
-    cell.context.set_points(cell.camera, {cell.ids[0]: []})
+    cell.context.set_points(cell.sensor, {cell.ids[0]: []})
     alone = Cell(tmp_path, points[:0], radii[:0]).checker.check_configs_collision_free(q)
     none = cell.checker.at(cell.context.snapshot).check_configs_collision_free(q)
     assert (none == alone).all()

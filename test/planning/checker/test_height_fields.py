@@ -4,7 +4,7 @@ from height_prisms import prisms_of
 import numpy as np
 import pytest
 from searching import times
-from small_arm import ARM
+from sensed_cell import SensedCell
 
 from scene_graph_ros.geometry import (
     GeometryFrame,
@@ -12,20 +12,9 @@ from scene_graph_ros.geometry import (
     HeightField,
     PointCloud,
     ProximityProperties,
-    SceneGraph,
 )
 from scene_graph_ros.geometry.errors import UnsupportedPairError
-from scene_graph_ros.planning import RobotDiagram, SceneGraphCollisionChecker
 from scene_graph_ros.planning.checker.carried_checker import pack
-from scene_graph_ros.scene_files import load_urdf, register_robot
-
-LINK = """
-  <link name="{name}">
-    <collision><origin xyz="0.25 0 0"/><geometry><box size="0.5 0.1 0.1"/></geometry></collision>
-    <collision><origin xyz="0.1 0.1 0.1"/><geometry><sphere radius="0.06"/></geometry></collision>
-    <collision><origin xyz="0.3 -0.1 0" rpy="1 0 0"/>
-      <geometry><cylinder radius="0.05" length="0.2"/></geometry></collision>
-  </link>"""
 
 
 def ground(rng, rows=9, cols=11):
@@ -35,42 +24,22 @@ def ground(rng, rows=9, cols=11):
     return HeightField(heights, (2.6, 2.4), -0.6)
 
 
-class Cell:
+class Cell(SensedCell):
     """An arm above a height field, or above a hull for each of its prisms."""
 
     def __init__(self, tmp_path, field, *, as_hulls=False, padding=0.0):
-        file = tmp_path / "arm.urdf"
-        links = ARM[: ARM.index('<link name="upper">')]
-        joints = ARM[ARM.index('<joint name="shoulder"') :]
-        file.write_text(links + LINK.format(name="upper") + LINK.format(name="lower") + joints)
-        self.model = load_urdf(file)
-        self.graph = SceneGraph()
-        arm = self.graph.register_source("arm")
-        self.frames = register_robot(self.model, self.graph, arm)
-        self.map = self.graph.register_source("map")
+        super().__init__(tmp_path)
         X = np.eye(4)
         X[:3, :3] = [[0.6, -0.8, 0.0], [0.8, 0.6, 0.0], [0.0, 0.0, 1.0]]
         if as_hulls:
             for k, (center, hull) in enumerate(prisms_of(field)):
-                self.add(hull, X, X[:3, :3] @ center, f"prism_{k}")
+                X_WG = X.copy()
+                X_WG[:3, 3] = X[:3, :3] @ center
+                self.add(hull, X_WG, f"prism_{k}")
         else:
-            self.field = self.add(field, X, np.zeros(3), "ground")
+            self.field = self.add(field, X, "ground")
         self.context = self.graph.create_default_context()
-        self.tree = self.model.kinematic_tree()
         self.checker = self.new_checker(padding)
-
-    def new_checker(self, padding=0.0):
-        """Return a checker of what is registered."""
-        robots = RobotDiagram(self.graph, self.context, self.tree, self.frames)
-        return SceneGraphCollisionChecker(robots, env_collision_padding=padding)
-
-    def add(self, shape, X, origin, name):
-        """Register what stands still and collides."""
-        X_WG = X.copy()
-        X_WG[:3, 3] = origin
-        instance = GeometryInstance(X_WG, shape, name)
-        instance.set_proximity_properties(ProximityProperties())
-        return self.graph.register_anchored_geometry(self.map, instance)
 
 
 @pytest.mark.search
@@ -119,9 +88,9 @@ def test_checkers_see_the_heights_of_their_moment(tmp_path):
     cell = Cell(tmp_path, field)
     q = np.zeros((1, 2))
     flat = np.full(field.heights.shape, -0.5)
-    cell.context.set_heights(cell.map, {cell.field: flat})
+    cell.context.set_heights(cell.sensor, {cell.field: flat})
     low = cell.new_checker()
-    cell.context.set_heights(cell.map, {cell.field: flat + 0.6})
+    cell.context.set_heights(cell.sensor, {cell.field: flat + 0.6})
     high = cell.new_checker()
     assert low.check_config_collision_free(q[0])
     assert not high.check_config_collision_free(q[0])
@@ -131,12 +100,12 @@ def test_checkers_see_the_heights_of_their_moment(tmp_path):
 def test_two_fields_are_refused_by_name(tmp_path):
     """A checker of a robot that carries a field above another one says what it can't do."""
     cell = Cell(tmp_path, ground(np.random.default_rng(1)))
-    frame = cell.graph.register_frame(cell.map, GeometryFrame("plate"))
+    frame = cell.graph.register_frame(cell.sensor, GeometryFrame("plate"))
     carried = GeometryInstance(np.eye(4), HeightField(np.ones((2, 2)), (0.1, 0.1), 0.0), "tray")
     carried.set_proximity_properties(ProximityProperties())
-    cell.graph.register_geometry(cell.map, frame, carried)
+    cell.graph.register_geometry(cell.sensor, frame, carried)
     cell.context = cell.graph.create_default_context()
-    with pytest.raises(UnsupportedPairError, match=r"map/world/ground .* map/plate/tray"):
+    with pytest.raises(UnsupportedPairError, match=r"sensor/world/ground .* sensor/plate/tray"):
         cell.new_checker()
 
 
@@ -147,7 +116,7 @@ def test_fields_beside_clouds(tmp_path):
     alone = Cell(tmp_path, shape).checker.check_configs_collision_free(q)
     cell = Cell(tmp_path, shape)
     points = np.column_stack([rng.uniform(-1.0, 1.0, (40, 2)), rng.uniform(-0.1, 0.1, 40)])
-    cell.add(PointCloud(points, 0.02), np.eye(4), np.zeros(3), "seen")
+    cell.add(PointCloud(points, 0.02), np.eye(4), "seen")
     cell.context = cell.graph.create_default_context()
     both = cell.new_checker().check_configs_collision_free(q)
     assert (alone | ~both).all()

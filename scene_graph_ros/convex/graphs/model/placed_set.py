@@ -17,6 +17,7 @@ from scene_graph_ros.convex.graphs.expressions.packed_terms import (
     Packed,
     packed,
 )
+from scene_graph_ros.convex.graphs.model.lift_scaling import normalized, spread
 from scene_graph_ros.convex.graphs.model.memberships import (
     add_memberships,
     Membership,
@@ -362,9 +363,9 @@ def _from_lift(of: ConvexSet, center: np.ndarray, half: np.ndarray, extent: floa
     sizes = np.full(lift.num_variables, np.nan)
     sizes[:n], sizes[in_balls] = extent, 1.0
     both = np.abs(np.concatenate([lift.E, lift.A]))
-    _spread(both, np.abs(np.append(lift.f - lift.E @ at, lift.b - lift.A @ at)), sizes)
-    E, f = _normalized(lift.E * sizes, lift.f - lift.E @ at)
-    A, b = _normalized(lift.A * sizes, lift.b - lift.A @ at)
+    spread(both, np.abs(np.append(lift.f - lift.E @ at, lift.b - lift.A @ at)), sizes)
+    E, f = normalized(lift.E * sizes, lift.f - lift.E @ at)
+    A, b = normalized(lift.A * sizes, lift.b - lift.A @ at)
     S = np.diag(sizes)[:n]
     matrices = []
     for each in lift.matrices:
@@ -372,31 +373,3 @@ def _from_lift(of: ConvexSet, center: np.ndarray, half: np.ndarray, extent: floa
         size = float(max(np.abs(at[upper]).max(), sizes[upper].max())) or 1.0
         matrices.append(PlacedMatrix(upper, sizes[upper] / size, at[upper] / size))
     return PlacedSet(of, center, half, S, E, f, A, b, lift.balls, matrices=tuple(matrices))
-
-
-def _spread(rows: np.ndarray, sides: np.ndarray, sizes: np.ndarray) -> None:
-    """Fill the sizes ``(k,)`` that are NaN, from those that are known: each by rows with some.
-
-    In a row a variable is about as large as the known ones, or else as the right side.
-    """
-    while np.isnan(sizes).any():
-        known = np.where(np.isnan(sizes), 0.0, sizes)
-        terms = (rows * known).max(axis=1, initial=0.0)
-        found = {}
-        for scale in (terms, sides):
-            for k in np.flatnonzero(np.isnan(sizes)):
-                here = (rows[:, k] > 0.0) & (scale > 0.0)
-                if here.any():
-                    found[k] = float((scale[here] / rows[here, k]).min())
-            if found:
-                break
-        for k in np.flatnonzero(np.isnan(sizes)):
-            if k in found or not found:
-                sizes[k] = found.get(k, 1.0)
-
-
-def _normalized(rows: np.ndarray, sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return rows of length 1, without those that are zero."""
-    lengths = np.linalg.norm(rows, axis=1)
-    kept = lengths > 0.0
-    return rows[kept] / lengths[kept, None], sides[kept] / lengths[kept]

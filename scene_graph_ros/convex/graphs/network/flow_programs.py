@@ -50,7 +50,7 @@ def _is_shut_off(network: Network, edge: int, by: SolverChoice) -> bool:
         return False
     if found.is_feasible:
         return False
-    A, b, _ = program.matrices()
+    A, b = program.form()[:2]
     z = np.concatenate(found.duals)
     z[program.num_equations :] = np.maximum(z[program.num_equations :], 0.0)
     # Flows are from 0 to 1: whatever they are, what the weights say of all rows is below 0.

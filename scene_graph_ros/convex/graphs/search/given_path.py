@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 import itertools
+from typing import Any
 
 import numpy as np
 
@@ -27,10 +28,12 @@ from scene_graph_ros.convex.graphs.search.path_problem import (
 from scene_graph_ros.convex.graphs.search.result import GraphOfConvexSetsResult
 from scene_graph_ros.convex.graphs.search.search import Incumbent
 from scene_graph_ros.convex.graphs.search.unbounded import Places, solve_in_boxes
+from scene_graph_ros.convex.questions.arguments import as_vector
 from scene_graph_ros.convex.sets.point import Point
 from scene_graph_ros.convex.solve.cones.solver_choice import SolverChoice
+from scene_graph_ros.geometry.quoting import quoted
 
-__all__ = ["solve_restriction", "stay"]
+__all__ = ["guessed_points", "solve_restriction", "stay"]
 
 
 def stay(
@@ -130,3 +133,31 @@ def _answer(
     others = {"lower_bound": best.lower_bound, "reason": "the path was given"}
     found = Incumbent(tuple(range(len(active))), best)
     return with_points(active, found, used, others)
+
+
+def guessed_points(guess: Any, edges: Sequence[Edge]) -> list[np.ndarray] | None:
+    """Return the points ``(n,)`` guessed of a path's vertices, by a mapping or by a result.
+
+    None where nothing is guessed, or the path has no edge. Raises ConvexSetError.
+    """
+    if not isinstance(guess, (GraphOfConvexSetsResult, Mapping, type(None))):
+        raise ConvexSetError(
+            "GraphOfConvexSets.solve_convex_restriction: initial_guess must be a mapping of"
+            f" vertices to points, a result or None, not {quoted(guess)}"
+        )
+    if guess is None or not edges:
+        return None
+    return [_guessed(guess, vertex) for vertex in (edges[0].u, *(edge.v for edge in edges))]
+
+
+def _guessed(guess: GraphOfConvexSetsResult | Mapping[Vertex, Any], vertex: Vertex) -> np.ndarray:
+    """Return the point ``(n,)`` that is guessed of a vertex."""
+    point = (
+        vertex.get_solution(guess)
+        if isinstance(guess, GraphOfConvexSetsResult)
+        else guess.get(vertex)
+    )
+    label = f"GraphOfConvexSets.solve_convex_restriction: initial_guess of {vertex.name!r}"
+    if point is None:
+        raise ConvexSetError(f"{label} is missing")
+    return as_vector(point, label, vertex.ambient_dimension)

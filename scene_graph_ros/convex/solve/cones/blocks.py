@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from scene_graph_ros.convex.solve.cones.cone_program import Cone
 from scene_graph_ros.convex.solve.cones.lift import Lift
+from scene_graph_ros.convex.solve.cones.standard_form import Cone
 
 __all__ = ["Block", "blocks_of", "for_the_solver", "upper_triangle"]
 

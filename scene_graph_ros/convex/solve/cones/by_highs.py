@@ -5,15 +5,16 @@ As SciPy has it. Second-order cones of two rows are linear, too: ``|w| <= t``.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
 from scene_graph_ros.convex.errors import ConvexSetError, SolverError
 from scene_graph_ros.convex.solve.cones.solver_choice import check_names
+from scene_graph_ros.convex.solve.cones.standard_form import Cone, Reply, StandardForm, Status
 
-__all__ = ["Reply", "ask_highs"]
+__all__ = ["ask_highs"]
 
 _OPTIONS = (
     "method",
@@ -28,37 +29,26 @@ _OPTIONS = (
 """Those of scipy.optimize.linprog, and which of its methods by HiGHS is taken."""
 
 
-class Reply(NamedTuple):
-    """A solver's answer to ``min q x`` with ``s = b - A x`` in cones, in Clarabel's words."""
-
-    x: np.ndarray
-    z: np.ndarray
-    s: np.ndarray
-    status: str
-
-
 def ask_highs(
-    A: Any,
-    b: np.ndarray,
-    q: np.ndarray,
-    counts: tuple[int, int],
-    balls: Sequence[int],
+    form: StandardForm,
     options: Mapping[str, Any],
     what: str,
 ) -> Reply:
-    """Solve it where cones are ``counts`` of equations and inequalities, then balls.
+    """Solve a program of linear rows and cones of at most two.
 
-    Raises ConvexSetError for balls of more than two rows, and for options that are none.
+    Raises ConvexSetError for larger cones and others, and for options that are none.
     """
     from scipy import sparse
 
     check_names(options, _OPTIONS, "solver 'highs'")
-    if any(size > 2 for size in balls):
+    A, b, q, _, sizes = form
+    balls = sizes[Cone.SECOND_ORDER]
+    if any(size > 2 for size in balls) or sizes[Cone.SEMIDEFINITE] or sizes[Cone.EXPONENTIAL]:
         raise ConvexSetError(
             f"{what}: solver 'highs' solves linear programs alone, and this has cones; take"
             " 'clarabel', or norm1 and norm_inf in the place of norm"
         )
-    equal, least = counts
+    equal, least = form.linear
     # Rows r of each inequality as entries of s: of |s1| <= s0 the sum and the difference.
     rows, columns, signs, at = [*range(least)], [*range(equal, equal + least)], [1.0] * least, 0
     count, at = least, equal + least
@@ -76,12 +66,13 @@ def ask_highs(
     if found.status == 2:
         return _ray(A, b, (below, sides, even, values), T, options)
     if found.status == 3:
-        return Reply(np.zeros(len(q)), np.zeros(len(b)), np.zeros(len(b)), "DualInfeasible")
+        nothing = np.zeros(len(b))
+        return Reply(np.zeros(len(q)), nothing, nothing, Status.UNBOUNDED, "unbounded")
     if found.status != 0:
         raise SolverError(f"{what}: solver 'highs' ended without an answer: {found.message}")
     z = -(T.T @ found.ineqlin.marginals)
     z[:equal] = -found.eqlin.marginals
-    return Reply(found.x, z, b - A @ found.x, "Solved")
+    return Reply(found.x, z, b - A @ found.x, Status.SOLVED, "optimal")
 
 
 def _linprog(
@@ -126,4 +117,4 @@ def _ray(A: Any, b: np.ndarray, rows: Any, T: Any, options: Mapping[str, Any]) -
     count = below.shape[0]
     z = T.T @ weights[:count]
     z[:equal] = weights[count : count + equal] - weights[count + equal :]
-    return Reply(np.zeros(n), z, np.zeros(len(b)), "PrimalInfeasible")
+    return Reply(np.zeros(n), z, np.zeros(len(b)), Status.INFEASIBLE, "infeasible")

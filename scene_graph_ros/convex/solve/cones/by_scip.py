@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from scene_graph_ros.convex.errors import ConvexSetError, SolverError
+from scene_graph_ros.convex.solve.cones.standard_form import Cone, StandardForm
 
 __all__ = ["MixedReply", "ask_scip"]
 
@@ -23,19 +24,14 @@ class MixedReply(NamedTuple):
 
 
 def ask_scip(
-    A: Any,
-    b: np.ndarray,
-    q: np.ndarray,
-    counts: tuple[int, int],
-    balls: Sequence[int],
+    form: StandardForm,
     binary: np.ndarray,
     options: Mapping[str, Any],
     what: str,
 ) -> MixedReply:
-    """Solve ``min q x`` with ``b - A x`` in cones, where variables ``binary (k,)`` are 0 or 1.
+    """Solve a program of linear rows and second-order cones, with ``binary (k,)`` in {0, 1}.
 
-    Cones are ``counts`` of equations and inequalities, then balls. Raises ConvexSetError for
-    options that are none, SolverError where SCIP ends without an answer.
+    Raises ConvexSetError for options that are none, SolverError where SCIP ends without an answer.
     """
     from pyscipopt import Model, quicksum
 
@@ -49,10 +45,11 @@ def ask_scip(
             model.setParam(name, value)
         except (KeyError, ValueError, TypeError, LookupError) as error:
             raise ConvexSetError(f"solver 'scip': option {name!r}: {error}") from error
+    q = form.q
     is_binary = np.zeros(len(q), dtype=bool)
     is_binary[binary] = True
     x = [model.addVar(vtype="B") if each else model.addVar(lb=None) for each in is_binary]
-    is_possible = _add_rows(model, A.tocsr(), b, counts, balls, x)
+    is_possible = _add_rows(model, form, x)
     if not is_possible:
         return MixedReply(None, np.inf)
     model.setObjective(quicksum(float(v) * each for v, each in zip(q, x, strict=True) if v))
@@ -69,23 +66,18 @@ def ask_scip(
     return MixedReply(values, float(model.getDualbound()))
 
 
-def _add_rows(
-    model: Any,
-    A: Any,
-    b: np.ndarray,
-    counts: tuple[int, int],
-    balls: Sequence[int],
-    x: Sequence[Any],
-) -> bool:
+def _add_rows(model: Any, form: StandardForm, x: Sequence[Any]) -> bool:
     """Ask that ``b - A x`` is in the cones; False where a row without variables contradicts."""
     from pyscipopt import quicksum
+
+    A, b = form.A.tocsr(), form.b
 
     def row(k: int) -> Any:
         entries = range(A.indptr[k], A.indptr[k + 1])
         terms = (-float(A.data[e]) * x[A.indices[e]] for e in entries)
         return quicksum(terms) + float(b[k])
 
-    equal, least = counts
+    equal, least = form.linear
     for k in range(equal + least):
         if A.indptr[k] == A.indptr[k + 1]:
             if b[k] < 0.0 or (b[k] > 0.0 and k < equal):
@@ -93,7 +85,7 @@ def _add_rows(
             continue
         model.addCons(row(k) == 0.0 if k < equal else row(k) >= 0.0)
     at = equal + least
-    for size in balls:
+    for size in form.sizes[Cone.SECOND_ORDER]:
         parts = [model.addVar(lb=0.0), *(model.addVar(lb=None) for _ in range(size - 1))]
         for k, part in enumerate(parts):
             model.addCons(row(at + k) - part == 0.0)

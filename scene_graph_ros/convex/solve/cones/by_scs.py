@@ -6,15 +6,15 @@ self-dual embedding", 2016.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 import math
 from typing import Any
 
 import numpy as np
 
 from scene_graph_ros.convex.errors import SolverError
-from scene_graph_ros.convex.solve.cones.by_highs import Reply
 from scene_graph_ros.convex.solve.cones.solver_choice import check_names
+from scene_graph_ros.convex.solve.cones.standard_form import Cone, Reply, StandardForm, Status
 
 __all__ = ["ask_scs"]
 
@@ -37,29 +37,31 @@ _OPTIONS = (
 
 _DEFAULTS = {"verbose": False, "eps_abs": 1e-10, "eps_rel": 1e-10, "max_iters": 200_000}
 
-_STATUS = {1: "Solved", 2: "Solved inaccurately", -2: "PrimalInfeasible", -1: "DualInfeasible"}
-_STATUS |= {-7: "PrimalInfeasible", -6: "DualInfeasible"}
+_STATUS = {
+    1: Status.SOLVED,
+    -1: Status.UNBOUNDED,
+    -2: Status.INFEASIBLE,
+    -6: Status.UNBOUNDED,
+    -7: Status.INFEASIBLE,
+}
+"""By the numbers that SCS gives them; -6 and -7 are found inaccurately."""
 
 
 def ask_scs(
-    A: Any,
-    b: np.ndarray,
-    q: np.ndarray,
-    counts: tuple[int, int, int],
-    sizes: tuple[Sequence[int], Sequence[int]],
+    form: StandardForm,
     options: Mapping[str, Any],
     what: str,
 ) -> Reply:
-    """Solve it where cones are ``counts`` of equations, inequalities and exponential ones.
+    """Solve a program. Raises ConvexSetError for options that are none.
 
-    ``sizes`` are those of balls and of matrices, as rows. Raises ConvexSetError for options that
-    are none, SolverError where the solver fails.
+    Raises SolverError where the solver fails.
     """
     check_names(options, _OPTIONS, "solver 'scs'")
     import scs
 
-    equal, least, powers = counts
-    balls, matrices = sizes
+    A, b, q, _, sizes = form
+    equal, least = form.linear
+    balls, matrices = sizes[Cone.SECOND_ORDER], sizes[Cone.SEMIDEFINITE]
     first = equal + least + sum(balls)
     order = np.arange(len(b))
     for size in matrices:
@@ -70,17 +72,18 @@ def ask_scs(
         "z": equal,
         "l": least,
         "q": list(balls),
-        "s": [math.isqrt(2 * size) for size in matrices],
-        "ep": powers,
+        "s": form.orders,
+        "ep": len(sizes[Cone.EXPONENTIAL]),
     }
     try:
         found = scs.SCS(data, cone, **{**_DEFAULTS, **options}).solve()
     except (ValueError, RuntimeError, TypeError) as error:
         raise SolverError(f"{what}: solver 'scs' failed: {error}") from error
     back = np.argsort(order)
-    status = _STATUS.get(found["info"]["status_val"], found["info"]["status"])
+    info = found["info"]
+    status = _STATUS.get(info["status_val"], Status.UNSURE)
     z, s = (np.asarray(found[name])[back] for name in ("y", "s"))
-    return Reply(np.asarray(found["x"]), z, s, status)
+    return Reply(np.asarray(found["x"]), z, s, status, str(info["status"]))
 
 
 def _columns_of_lower(order: int) -> np.ndarray:

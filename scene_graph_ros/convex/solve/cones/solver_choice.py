@@ -9,6 +9,7 @@ from typing import Any
 
 from scene_graph_ros.convex.errors import ConvexSetError
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.missing_package import not_installed
 
 __all__ = ["CONTINUOUS", "MIXED_INTEGER", "SolverChoice", "as_choice", "check_names"]
 
@@ -49,10 +50,7 @@ def as_choice(
             f"{label} must be one of {', '.join(map(repr, known))}, not {quoted(name)}"
         )
     if importlib.util.find_spec(known[name]) is None:
-        raise ConvexSetError(
-            f"{label}: {name!r} comes with the package {known[name]}, which is not installed; pip"
-            f" install {known[name]}"
-        )
+        raise ConvexSetError(not_installed(f"{label}: {name!r}", known[name]))
     settings = {} if options is None else options
     if not isinstance(settings, Mapping) or not all(isinstance(key, str) for key in settings):
         raise ConvexSetError(

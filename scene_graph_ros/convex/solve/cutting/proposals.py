@@ -16,7 +16,7 @@ from scene_graph_ros.convex.solve.cones.blocks import (
     upper_triangle,
 )
 from scene_graph_ros.convex.solve.cones.cone_program import Cone, ConeProgram
-from scene_graph_ros.convex.solve.cones.equilibration import equilibrated, widened_blocks
+from scene_graph_ros.convex.solve.cones.equilibration import equilibrated, widened
 from scene_graph_ros.convex.solve.cones.lift import Lift, Semidefinite
 
 __all__ = ["Proposal", "propose"]
@@ -48,22 +48,20 @@ def propose(lift: Lift, c: np.ndarray | None, about: np.ndarray | None = None) -
         (cone, k, matrix, side + matrix @ origin[k])
         for cone, k, matrix, side in blocks_of(lift, np.arange(size))
     ]
-    scaled, sizes, _ = equilibrated([for_the_solver(block) for block in blocks], size)
-    goal = np.zeros(size) if c is None else -c * sizes
-    if c is None:
-        scaled, goal = widened_blocks(scaled, size, _DEEPEST)
-    program = ConeProgram()
-    x = program.variables(len(goal))
-    rows = [program.add_rows(cone, [(x[k], matrix)], side) for cone, k, matrix, side in scaled]
-    length = float(np.abs(goal).max(initial=0.0))
-    program.add_cost(x, goal / length if length else goal)
+    program = ConeProgram(size)
+    for cone, columns, matrix, side in map(for_the_solver, blocks):
+        program.add_rows(cone, [(columns, matrix)], side)
+    if c is not None:
+        program.add_cost(np.arange(size), -c)
+    scaled = equilibrated(program)
+    asked = scaled.program if c is not None else widened(scaled.program, _DEEPEST)
     try:
-        found = program.solve("a convex set of matrices", is_rough=True)
+        found = asked.solve("a convex set of matrices", is_rough=True)
     except SolverError:
         return None
     if not found.is_feasible:
         return None
-    of_matrices = [each for each in rows if each.cone is Cone.SEMIDEFINITE]
+    of_matrices = [a.rows for a in program.added if a.rows.cone is Cone.SEMIDEFINITE]
     numbers = [k for k, cone in enumerate(lift.cones) if isinstance(cone, Semidefinite)]
     planes = []
     for number, each in zip(numbers, of_matrices, strict=True):
@@ -71,7 +69,7 @@ def propose(lift: Lift, c: np.ndarray | None, about: np.ndarray | None = None) -
         weights, axes = np.linalg.eigh(multipliers)
         kept = weights > _LEAST_WEIGHT * max(float(weights[-1]), 0.0)
         planes += [(number, axis) for axis in axes.T[kept]]
-    return Proposal(origin + sizes * found.x[:size], planes)
+    return Proposal(origin + scaled.sizes * found.x[:size], planes)
 
 
 def _matrix(dual: np.ndarray) -> np.ndarray:

@@ -23,6 +23,7 @@ from scene_graph_ros.geometry.meshes.other_process import LibraryError, run_libr
 from scene_graph_ros.geometry.meshes.pieces.piece_hulls import grown
 from scene_graph_ros.geometry.meshes.surfaces import Surface
 from scene_graph_ros.geometry.shapes.mesh_pieces import MeshPieces
+from scene_graph_ros.missing_package import not_installed
 
 __all__ = ["PATIENCE", "split_by_coacd"]
 
@@ -81,10 +82,8 @@ def _installed() -> str:
 def _version(name: str) -> str:
     version = _installed()
     if not version:
-        raise MeshError(
-            f"{name}: pieces by 'coacd' take the extra coacd: pip install coacd, or leave the"
-            " property ('mesh', 'pieces') out"
-        )
+        lack = not_installed(f"{name}: 'coacd' of the property ('mesh', 'pieces')", "coacd")
+        raise MeshError(f"{lack}, or leave the property out")
     return version
 
 

@@ -35,6 +35,7 @@ class Part(NamedTuple):
     volume: float
     lower: FloatArray
     upper: FloatArray
+    has_edges_of_two: bool
 
 
 def may_have_cavities(members: list[Part]) -> bool:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.bvh import build_bvh, traversal_stack
+from scene_graph_ros.geometry.meshes.solids.overlaps import boxes_meet
 from scene_graph_ros.geometry.meshes.solids.press import (
     gap_between,
     SHARED,
@@ -22,6 +23,13 @@ __all__ = ["first_crossing"]
 
 _DEEP = 1e-9
 """Relative to the size: an edge that passes through a triangle by less only touches it."""
+
+_WEDGE = 1e-6
+"""Relative to the size: planes of single precision meet in wedges of 1e-7 radians, whose ends are
+thinner than TOUCHING for half as much. Triangles that lie on each other for more are a fold."""
+
+_FLAT = 5e-15
+"""Relative to the size: in the end of a wedge, what is thicker has two sides that are known."""
 
 
 @lean_kernel
@@ -77,8 +85,12 @@ def _pierced(vertices, triangles, t, s, slack):
 @lean_kernel
 def _cross(vertices, triangles, normals, t, s, size):
     """Return (crosses, x) of two triangles; those with an edge in common can only fold."""
-    flat, slack = TOUCHING * size, _DEEP * size
-    if gap_between(vertices, triangles, normals, t, s, -flat, flat, SHARED * size) >= -flat:
+    flat, thin, slack = TOUCHING * size, _FLAT * size, _DEEP * size
+    folded = gap_between(vertices, triangles, normals, t, s, -flat, flat, _WEDGE * size) >= -flat
+    if not folded:
+        gap = gap_between(vertices, triangles, normals, t, s, -thin, thin, SHARED * size)
+        folded = gap >= -thin
+    if folded:
         return True, load_vector(vertices, triangles[s, 0])
     shared = 0
     for k in range(3):
@@ -93,15 +105,6 @@ def _cross(vertices, triangles, normals, t, s, size):
 
 
 @lean_kernel
-def _meets(i, j, lower, upper):
-    """Return whether two boxes meet."""
-    for axis in range(3):
-        if lower[i, axis] > upper[j, axis] or upper[i, axis] < lower[j, axis]:
-            return False
-    return True
-
-
-@lean_kernel
 def _leaves_cross(vertices, triangles, normals, lower, upper, tree, i, j, size):
     """Return (crosses, x) of the triangles of two leaves, or of one with itself."""
     _, _, left, right, order = tree
@@ -109,7 +112,7 @@ def _leaves_cross(vertices, triangles, normals, lower, upper, tree, i, j, size):
         for other in range(-1 - left[j], -1 - left[j] + right[j]):
             if i == j and other <= one:
                 continue
-            if _meets(order[one], order[other], lower, upper):
+            if boxes_meet(order[one], order[other], lower, upper):
                 t, s = order[one], order[other]
                 crosses, x = _cross(vertices, triangles, normals, t, s, size)
                 if crosses:
@@ -130,7 +133,7 @@ def _first(vertices, triangles, normals, lower, upper, tree, size):
         while depth > 0:
             depth -= 1
             i, j = ones[depth], others[depth]
-            if not _meets(i, j, node_lower, node_upper):
+            if not boxes_meet(i, j, node_lower, node_upper):
                 continue
             if left[i] < 0 and left[j] < 0:
                 crosses, x = _leaves_cross(

@@ -68,7 +68,7 @@ def _packed(solid: Parts) -> dict[str, NDArray]:
 
 def _unpacked(arrays: Any) -> Parts:
     told = json.loads(arrays["report"].tobytes())
-    repairs = tuple(Repair(r["kind"], r["count"], tuple(r["point"])) for r in told["repairs"])
+    repairs = tuple(Repair(**{**r, "point": tuple(r["point"])}) for r in told["repairs"])
     report = MeshReport(**{**told, "repairs": repairs})
     return (
         arrays["vertices"],

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 
-__all__ = ["MeshReport", "PiecesReport", "Repair"]
+__all__ = ["MeshReport", "PiecesReport", "Repair", "merged"]
 
 Point = tuple[float, float, float]
 
@@ -19,10 +20,26 @@ class Repair:
     """How many there were."""
     point: Point
     """Metres, in the frame of the mesh: where one of them is."""
+    size: float | None = None
+    """Metres: the extent of the largest one, or the width of the widest gap, where it is known."""
 
     def __str__(self) -> str:
         place = ", ".join(f"{x:.6g}" for x in self.point)
-        return f"{self.count} {self.kind} (one at ({place}))"
+        size = "" if self.size is None else f"up to {self.size:.3g} m, "
+        return f"{self.count} {self.kind} ({size}one at ({place}))"
+
+
+def merged(repairs: Iterable[Repair]) -> list[Repair]:
+    """Return one repair for all of a kind, with the place of the first one of them."""
+    found: dict[str, Repair] = {}
+    for repair in repairs:
+        one = found.get(repair.kind)
+        if one is not None:
+            sizes = [r.size for r in (one, repair) if r.size is not None]
+            size = max(sizes, default=None)
+            repair = replace(one, count=one.count + repair.count, size=size)
+        found[repair.kind] = repair
+    return list(found.values())
 
 
 @dataclass(frozen=True)

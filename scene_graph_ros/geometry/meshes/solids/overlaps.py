@@ -8,7 +8,16 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.bvh import traversal_stack
 
-__all__ = ["groups_of_boxes", "meeting_boxes", "next_leaf"]
+__all__ = ["boxes_meet", "groups_of_boxes", "meeting_boxes", "next_leaf"]
+
+
+@lean_kernel
+def boxes_meet(i, j, lower, upper):
+    """Return whether two boxes meet."""
+    for axis in range(3):
+        if lower[i, axis] > upper[j, axis] or upper[i, axis] < lower[j, axis]:
+            return False
+    return True
 
 
 @lean_kernel

@@ -39,7 +39,7 @@ def with_pairs_apart(vertices: FloatArray, triangles: IntArray) -> tuple[FloatAr
 
     edges = edges_of(triangles)
     mate = mates_of(edges)
-    if not (edges.counts == 2).all():
+    if (mate < 0).any():
         label, turned, _ = walk_parts(mate, edges.start)
         is_closed = np.zeros(len(triangles), dtype=bool)
         pair_around(vertices, triangles, edges, mate, is_closed, label, turned)

@@ -40,6 +40,8 @@ class Parts(NamedTuple):
     """(n,): six times what each closed part encloses; 0 for others."""
     against: IntArray
     """The triangles (rows) that ran the other way than most of their closed part."""
+    has_edges_of_two: BoolArray
+    """(n,): whether no edge of a part has more triangles: else it may be nested in itself."""
 
 
 def find_parts(vertices: FloatArray, triangles: IntArray) -> Parts:
@@ -72,6 +74,7 @@ def joined_parts(alone: Parts, rest: Parts, shift: int) -> Parts:
         np.concatenate([alone.runs_outwards[closed], rest.runs_outwards]),
         np.concatenate([alone.volumes[closed], rest.volumes]),
         np.concatenate([at[alone.against], rest.against + int(kept.sum())]),
+        np.concatenate([alone.has_edges_of_two[closed], rest.has_edges_of_two]),
     )
 
 
@@ -136,6 +139,9 @@ def _oriented(
     share = np.bincount(label, is_kept, count) / np.maximum(np.bincount(label, minlength=count), 1)
     runs_outwards = (share >= _ALIKE).astype(np.int64) - (share <= 1.0 - _ALIKE)
     against = np.flatnonzero(closed[label] & (is_kept != (share >= 0.5)[label]))
+    many = edges.order[np.repeat(edges.counts != 2, edges.counts)] // 3
+    has_edges_of_two = np.ones(count, dtype=bool)
+    has_edges_of_two[label[many]] = False
     # What is open stays as it is given.
     triangles = np.where(closed[label][:, None], triangles, raw)
     return Parts(
@@ -145,4 +151,5 @@ def _oriented(
         runs_outwards,
         np.where(closed, np.abs(volumes), 0.0),
         against,
+        has_edges_of_two,
     )

@@ -7,14 +7,15 @@ half of the gap, and by PRESSED, which is less than the promised accuracy: then 
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.bvh import build_bvh, traversal_stack
-from scene_graph_ros.geometry.meshes.solids.overlaps import next_leaf
+from scene_graph_ros.geometry.meshes.solids.overlaps import boxes_meet
+from scene_graph_ros.geometry.meshes.solids.winding import Tree
 from scene_graph_ros.geometry.meshes.triangle_boxes import triangle_boxes
 from scene_graph_ros.geometry.spatial.sums import least_squares
 from scene_graph_ros.geometry.spatial.vectors import cross, dot, load_vector, norm, subtract
@@ -57,7 +58,11 @@ class Pressed(NamedTuple):
     slits: int
     """Pairs of triangles that were apart by more than PRESSED."""
     point: FloatArray
-    """(3,): a corner at one of them, if any."""
+    """(3,): a corner at the widest one, if any."""
+    widest: float
+    """Metres, of the same."""
+    tree: Tree | None
+    """Of boxes around the triangles of these vertices, unless some moved out of theirs."""
 
 
 @lean_kernel
@@ -112,27 +117,65 @@ def gap_between(vertices, triangles, normals, t, s, least, most, shared):
 
 
 @kernel
+def _uniform_parts(part, tree):
+    """Return (n,): the part of all triangles below each node of a tree, or -1 of several."""
+    _, _, left, right, order = tree
+    result = np.empty(len(left), np.int64)
+    for node in range(len(left) - 1, -1, -1):  # children follow their parent
+        if left[node] >= 0:
+            one, other = result[left[node]], result[right[node]]
+            result[node] = one if one == other else -1
+            continue
+        first = -1 - left[node]
+        result[node] = part[order[first]]
+        for slot in range(first, first + right[node]):
+            if part[order[slot]] != result[node]:
+                result[node] = -1
+    return result
+
+
+@kernel
 def _gaps(vertices, triangles, part, normals, lower, upper, tree, least, most, shared):
     """Return (gaps, pairs): of each triangle (m,) the largest one, and how many are not rounding.
 
     Boxes (m, 3) and their tree are as much larger than triangles as the largest gap.
     """
-    order = tree[4]
-    stack = traversal_stack()
+    node_lower, node_upper, left, right, order = tree
+    uniform = _uniform_parts(part, tree)
+    ones, others = traversal_stack(), traversal_stack()
     gaps = np.full(len(triangles), -np.inf)
     pairs = 0
-    for t in range(len(triangles)):
-        stack[0] = 0
-        slot, end, depth = next_leaf(stack, 1, lower, upper, t, tree)
-        while slot < end:
-            for k in range(slot, end):
-                s = order[k]
-                if s <= t or part[s] == part[t]:
-                    continue
-                gap = gap_between(vertices, triangles, normals, t, s, least, most, shared)
-                gaps[t], gaps[s] = max(gaps[t], gap), max(gaps[s], gap)
-                pairs += gap > -least
-            slot, end, depth = next_leaf(stack, depth, lower, upper, t, tree)
+    for node in range(len(left)):
+        # What is below one child against what is below the other.
+        ones[0], others[0] = (node, node) if left[node] < 0 else (left[node], right[node])
+        depth = 1
+        while depth > 0:
+            depth -= 1
+            i, j = ones[depth], others[depth]
+            if uniform[i] >= 0 and uniform[i] == uniform[j]:
+                continue
+            if not boxes_meet(i, j, node_lower, node_upper):
+                continue
+            if left[i] >= 0 and (left[j] < 0 or i <= j):
+                ones[depth], others[depth] = right[i], j
+                ones[depth + 1], others[depth + 1] = left[i], j
+                depth += 2
+                continue
+            if left[j] >= 0:
+                ones[depth], others[depth] = i, right[j]
+                ones[depth + 1], others[depth + 1] = i, left[j]
+                depth += 2
+                continue
+            for one in range(-1 - left[i], -1 - left[i] + right[i]):
+                for other in range(-1 - left[j], -1 - left[j] + right[j]):
+                    t, s = order[one], order[other]
+                    if (i == j and other <= one) or part[s] == part[t]:
+                        continue
+                    if not boxes_meet(t, s, lower, upper):
+                        continue
+                    gap = gap_between(vertices, triangles, normals, t, s, least, most, shared)
+                    gaps[t], gaps[s] = max(gaps[t], gap), max(gaps[s], gap)
+                    pairs += gap > -least
     return gaps, pairs
 
 
@@ -148,19 +191,27 @@ def pressed_together(
     size = float(np.abs(corners).max())
     most = max(tolerance, TOUCHING * size)
     lower, upper = triangle_boxes(vertices, triangles)
-    tree: tuple[Any, ...] = build_bvh(lower - most, upper + most)
+    lower, upper = lower - most, upper + most
+    tree: Tree = build_bvh(lower, upper)
     normals = unit_normals(corners)
     by = PRESSED * size
     # What overlaps by as much as pressing leaves needs none.
     least = -2.0 * by
     arrays = (np.array(a, order="C") for a in (vertices, triangles, part, normals, lower, upper))
-    gaps, slits = _gaps(*arrays, tree, least, most, SHARED * size)
+    gaps, slits = _gaps(*arrays, tree, least, most, max(SHARED * size, tolerance))
     rows = np.flatnonzero(gaps >= least)
     if not len(rows):
-        return Pressed(vertices, 0, vertices[:0])
+        return Pressed(vertices, 0, vertices[:0], 0.0, tree)
     steps = 0.5 * np.maximum(gaps[rows], 0.0) + by
     at = moved(vertices, triangles[rows], normals[rows], steps)
-    return Pressed(at, slits, vertices[triangles[gaps.argmax(), 0]])
+    is_around = bool(np.abs(at - vertices).max() < 0.5 * most)
+    return Pressed(
+        at,
+        slits,
+        vertices[triangles[gaps.argmax(), 0]],
+        float(gaps.max()),
+        tree if is_around else None,
+    )
 
 
 def unit_normals(corners: FloatArray) -> FloatArray:

@@ -31,7 +31,9 @@ _STEPS = (256, 1024)
 """In 2^-51 of the largest coordinate: how far vertices are moved, in one try after another."""
 
 
-def resolved(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, IntArray] | None:
+def resolved(
+    vertices: FloatArray, triangles: IntArray
+) -> tuple[FloatArray, IntArray, FloatArray] | None:
     """Return the boundary of the points with winding number 1 or more, or None.
 
     Args:
@@ -40,7 +42,8 @@ def resolved(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, Int
 
     Returns:
         points (k, 3), each within 1e-12 of the size beside the given surface, and triangles
-        (n, 3), closed. None where rounding left an open edge, in each try.
+        (n, 3), closed; and the given vertices (v, 3) as they were moved. None where rounding left
+        an open edge, in each try.
 
     Raises:
         TooManyError: the triangles cross each other too often.
@@ -48,7 +51,7 @@ def resolved(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, Int
     """
     triangles, times = _counted(triangles)
     if not len(triangles):
-        return vertices[:0], triangles
+        return vertices[:0], triangles, vertices
     rng = np.random.default_rng(5)
     fraction, exponent = math.frexp(np.abs(vertices[triangles]).max())
     unit = math.ldexp(1.0, exponent - (fraction == 0.5) - _WHOLE)
@@ -61,7 +64,7 @@ def resolved(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, Int
             continue
         if _is_balanced(faces):
             used, faces = used_indices(faces, len(points))
-            return points[used] * unit, faces
+            return points[used] * unit, faces, moved * unit
     return None
 
 

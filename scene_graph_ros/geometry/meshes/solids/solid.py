@@ -141,20 +141,7 @@ def _of_any_parts(
     membranes = membranes + len(vertices)
     vertices = np.concatenate([vertices, at])
     united = unite(vertices, parts, tolerance * size, resolve=resolve)
-    if len(united.dropped):
-        first = parts.triangles[parts.label == united.dropped[0]][0, 0]
-        x, y, z = (float(c) for c in vertices[first])
-        repairs.append(
-            Repair("parts smaller than 1e-12 of the whole dropped", len(united.dropped), (x, y, z))
-        )
-    if united.slit is not None:
-        x, y, z = (float(c) for c in united.slit)
-        repairs.append(Repair("slits pressed together", united.slits, (x, y, z)))
-    if united.crossings:
-        x, y, z = (float(c) for c in united.crossings[0])
-        repairs.append(
-            Repair("bodies cut where they cross themselves", len(united.crossings), (x, y, z))
-        )
+    repairs += united.repairs
     if len(parts.against):
         x, y, z = (float(c) for c in vertices[parts.triangles[parts.against[0]]].mean(axis=0))
         repairs.append(Repair("triangles turned", len(parts.against), (x, y, z)))

@@ -1,9 +1,8 @@
 """Unite closed parts that overlap, touch or are nested, by ``manifold3d``.
 
-The solid is the set of points around which the parts wind, cavities counted as -1. With U_k the
-points in k or more of the others and V_k those in k or more cavities, it is the union of all
-U_k - V_k. The result is held to winding numbers at random points, which are counted apart. Parts
-that the library refuses, or that cross themselves, are cut where they cross (``resolve``).
+The solid is the set of points around which the parts wind, cavities counted as -1. The result is
+held to winding numbers at random points, which are counted apart. Parts that the library refuses,
+or that cross themselves, are cut where they cross (``resolve``).
 """
 
 from __future__ import annotations
@@ -19,20 +18,28 @@ from scene_graph_ros.geometry.meshes.distinct_rows import used_indices
 from scene_graph_ros.geometry.meshes.solids.cavities import cavities_among, may_have_cavities, Part
 from scene_graph_ros.geometry.meshes.solids.crossings import first_crossing
 from scene_graph_ros.geometry.meshes.solids.folds import unfolded
-from scene_graph_ros.geometry.meshes.solids.half_edges import edges_of
+from scene_graph_ros.geometry.meshes.solids.manifolds import bodies_of, boundary_of
+from scene_graph_ros.geometry.meshes.solids.mesh_report import merged, Repair
 from scene_graph_ros.geometry.meshes.solids.overlaps import groups_of_boxes
-from scene_graph_ros.geometry.meshes.solids.pairing import is_nested_in_itself, with_pairs_apart
+from scene_graph_ros.geometry.meshes.solids.pairing import is_nested_in_itself
 from scene_graph_ros.geometry.meshes.solids.parts import Parts, signed_volumes, size_of
 from scene_graph_ros.geometry.meshes.solids.piercing import TooManyError
 from scene_graph_ros.geometry.meshes.solids.press import pressed_together
 from scene_graph_ros.geometry.meshes.solids.resolve import resolved
-from scene_graph_ros.geometry.meshes.solids.slivers import without_short_edges
-from scene_graph_ros.geometry.meshes.solids.winding import winding_numbers
+from scene_graph_ros.geometry.meshes.solids.slivers import (
+    Corners,
+    SHORT,
+    without_short_edges,
+)
+from scene_graph_ros.geometry.meshes.solids.winding import Tree, winding_numbers
+from scene_graph_ros.geometry.meshes.triangle_boxes import triangle_boxes
 
 __all__ = ["United", "unite"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+Shell = tuple[FloatArray, IntArray]
+"""Points (v, 3), and triangles (m, 3) over them."""
 
 LEAST_PART = 1e-12
 """Relative to the whole: a part of this size, in length, is dropped."""
@@ -50,14 +57,8 @@ class United(NamedTuple):
     """(m, 3), counter-clockwise seen from outside of the solid."""
     cavities: int
     """How many of the parts are cavities."""
-    dropped: IntArray
-    """Parts that are too small beside the whole."""
-    crossings: tuple[FloatArray, ...]
-    """Points (3,) where parts crossed each other or themselves, and were cut there."""
-    slits: int
-    """Pairs of triangles of different parts that were pressed together."""
-    slit: FloatArray | None
-    """A point (3,) at one of them."""
+    repairs: list[Repair]
+    """Parts and features that were too small, slits pressed together, crossings that were cut."""
     doubt: str
     """Why some parts were left as they are, or nothing."""
 
@@ -67,10 +68,8 @@ class _Piece(NamedTuple):
 
     vertices: FloatArray
     triangles: IntArray
-    cavities: int
-    crossing: FloatArray | None
-    slits: int = 0
-    slit: FloatArray | None = None
+    repairs: list[Repair]
+    cavities: int = 0
 
 
 class _NotUnitedError(Exception):
@@ -89,74 +88,67 @@ def unite(vertices: FloatArray, parts: Parts, tolerance: float, *, resolve: bool
     """
     found = _split(vertices, parts)
     if not found:
-        return United(*_together([]), 0, np.zeros(0, dtype=np.int64), (), 0, None, "")
+        return United(*_together([]), 0, [], "")
     size = size_of(vertices, parts.triangles)
     extents = np.array([(part.upper - part.lower).max() for part in found])
     is_kept = extents > LEAST_PART * size
-    dropped = np.flatnonzero(parts.is_closed)[~is_kept]
+    repairs: list[Repair] = []
+    dropped = np.flatnonzero(~is_kept)
+    if len(dropped):
+        point, largest = found[dropped[0]].lower, float(extents[dropped].max())
+        kind = "parts smaller than 1e-12 of the whole dropped"
+        repairs.append(_repair(kind, len(dropped), point, largest))
     found = [part for part, kept in zip(found, is_kept, strict=True) if kept]
-    pieces: list[tuple[FloatArray, IntArray]] = []
-    united = United(*_together([]), 0, dropped, (), 0, None, "")
+    pieces: list[Shell] = []
+    cavities, doubt = 0, ""
     lower = np.array([part.lower for part in found]).reshape(-1, 3)
     upper = np.array([part.upper for part in found]).reshape(-1, 3)
     alone = []
     for group in groups_of_boxes(lower - tolerance, upper):
         members = [found[i] for i in group]
-        if len(members) == 1 and not resolve and _has_edges_of_two(members[0].triangles):
+        if len(members) == 1 and not resolve and members[0].has_edges_of_two:
             alone.append(members[0].triangles)
             continue
         middle = _middle(members)
         try:
             piece = _united_group(vertices, members, middle, tolerance, resolve)
             pieces.append((piece.vertices + middle, piece.triangles))
-            united = _counted(united, piece, middle)
+            cavities += piece.cavities
+            repairs += [_repair(r.kind, r.count, r.point + middle, r.size) for r in piece.repairs]
         except _NotUnitedError as error:
             alone.extend(member.triangles for member in members)
-            united = united._replace(doubt=str(error))
+            doubt = str(error)
     if alone:
         pieces.insert(0, _used(vertices, np.concatenate(alone)))
-    whole, triangles = _together(pieces)
-    return united._replace(vertices=whole, triangles=triangles)
+    return United(*_together(pieces), cavities, merged(repairs), doubt)
 
 
-def _has_edges_of_two(triangles: IntArray) -> bool:
-    """Tell of a closed part whether no edge is of four: else it may be nested in itself."""
-    return bool((edges_of(triangles).counts == 2).all())
-
-
-def _counted(united: United, piece: _Piece, middle: FloatArray) -> United:
-    """Add the report on one group of parts, whose middle is the origin there."""
-    crossings, slit = united.crossings, united.slit
-    if piece.crossing is not None:
-        crossings = (*crossings, piece.crossing + middle)
-    if slit is None and piece.slit is not None and piece.slits:
-        slit = piece.slit + middle
-    return united._replace(
-        cavities=united.cavities + piece.cavities,
-        crossings=crossings,
-        slits=united.slits + piece.slits,
-        slit=slit,
-    )
+def _repair(kind: str, count: int, point: FloatArray, size: float | None = None) -> Repair:
+    x, y, z = (float(c) for c in point)
+    return Repair(kind, count, (x, y, z), size)
 
 
 def _split(vertices: FloatArray, parts: Parts) -> list[Part]:
     """Return the closed parts one by one."""
-    order = np.argsort(parts.label, kind="stable")
-    ends = np.cumsum(np.bincount(parts.label, minlength=len(parts.is_closed)))
-    result = []
-    for k in np.flatnonzero(parts.is_closed):
-        triangles = parts.triangles[order[(ends[k - 1] if k else 0) : ends[k]]]
-        corners = vertices[triangles].reshape(-1, 3)
-        result.append(
-            Part(
-                triangles,
-                int(parts.runs_outwards[k]),
-                float(parts.volumes[k]) / 6.0,
-                corners.min(axis=0),
-                corners.max(axis=0),
-            )
+    if not len(parts.triangles):
+        return []
+    triangles = parts.triangles[np.argsort(parts.label, kind="stable")]
+    ends = np.cumsum(np.bincount(parts.label))
+    starts = np.concatenate([[0], ends[:-1]])
+    lower, upper = triangle_boxes(vertices, triangles)
+    lower = np.minimum.reduceat(lower, starts)
+    upper = np.maximum.reduceat(upper, starts)
+    return [
+        Part(
+            triangles[starts[k] : ends[k]],
+            int(parts.runs_outwards[k]),
+            float(parts.volumes[k]) / 6.0,
+            lower[k],
+            upper[k],
+            bool(parts.has_edges_of_two[k]),
         )
-    return result
+        for k in np.flatnonzero(parts.is_closed)
+    ]
 
 
 def _middle(members: list[Part]) -> FloatArray:
@@ -170,12 +162,12 @@ def _middle(members: list[Part]) -> FloatArray:
     return np.asarray(np.round(0.5 * (lower + upper) / step) * step)
 
 
-def _used(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, IntArray]:
+def _used(vertices: FloatArray, triangles: IntArray) -> Shell:
     used, triangles = used_indices(triangles, len(vertices))
     return vertices[used], triangles
 
 
-def _together(pieces: Sequence[tuple[FloatArray, IntArray]]) -> tuple[FloatArray, IntArray]:
+def _together(pieces: Sequence[Shell]) -> Shell:
     if not pieces:
         return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
     starts = np.cumsum([0, *(len(v) for v, _ in pieces)])
@@ -188,61 +180,92 @@ def _united_group(
 ) -> _Piece:
     """Return the boundary of the solid of parts whose boxes overlap, with the middle as origin."""
     points, members = _about(middle, vertices, members)
-    nested = [is_nested_in_itself(points, part.triangles) for part in members]
+    nested = [
+        not part.has_edges_of_two and is_nested_in_itself(points, part.triangles)
+        for part in members
+    ]
+    repairs: list[Repair] = []
     if len(members) > 1 and not resolve:  # else all are cut together
-        points, members, nested = _without_nesting(points, members, nested)
+        points, members, nested, repairs = _without_nesting(points, members, nested)
     label = np.repeat(np.arange(len(members)), [len(part.triangles) for part in members])
     triangles = np.concatenate([part.triangles for part in members])
+    of = np.full(len(points), -1)
+    of[triangles] = label[:, None]
     if len(members) == 1:
         crossing = first_crossing(points, triangles)
         if crossing is None:
             try:
                 _hold_to_winding((points, triangles), (points, triangles))
             except _NotUnitedError:
-                return _Piece(*_resolved_group(points, triangles), 0, None)
-            return _Piece(points, triangles, 0, None)
-        return _Piece(*_resolved_group(points, triangles), 0, crossing)
+                return _resolved_group(points, triangles, of)
+            return _Piece(points, triangles, [])
+        return _resolved_group(points, triangles, of, crossing)
     hollow = [False] * len(members)
     if may_have_cavities(members):
-        hollow = cavities_among(points, members, _bodies(points, members, nested))
+        hollow = cavities_among(points, members, bodies_of(points, members, nested))
     oriented = np.where(np.array(hollow)[label][:, None], triangles[:, ::-1], triangles)
     pressed = pressed_together(points, oriented, label, tolerance)
     points = pressed.vertices
-    crossing = None
+    if pressed.slits:
+        kind = "slits pressed together"
+        repairs.append(_repair(kind, pressed.slits, pressed.point, pressed.widest))
+    crossing, given = None, (points, oriented)
     try:
-        united = _by_library(_bodies(points, members, nested), hollow)
-        _hold_to_winding((points, oriented), united)
-        crossing = first_crossing(*united) if resolve else None
+        united = _by_library(bodies_of(points, members, nested), hollow, Corners(points, of))
+        _hold_to_winding(given, united[:2], pressed.tree)
+        crossing = first_crossing(*united[:2]) if resolve else None
         is_resolved = crossing is not None
     except _NotUnitedError:
         crossing, is_resolved = first_crossing(points, triangles), True
     if is_resolved:
-        united = _resolved_group(points, oriented)
-    return _Piece(*united, int(np.sum(hollow)), crossing, pressed.slits, pressed.point)
+        united = _resolved_group(points, oriented, of, crossing)
+    repairs += united.repairs + _vanished(members, given, united[:2], pressed.tree)
+    return _Piece(*united[:2], repairs, int(np.sum(hollow)))
+
+
+def _vanished(members: list[Part], given: Shell, united: Shell, tree: Tree | None) -> list[Repair]:
+    """Return a repair for parts of which the union has nothing, since they are too thin."""
+    points, oriented = given
+    size = size_of(points, oriented)
+    extents = np.array([(part.upper - part.lower).max() for part in members])
+    thickness = np.array([part.volume for part in members]) / extents**2
+    rows = np.flatnonzero(thickness <= SHORT * size)
+    if not len(rows) or not len(united[1]):
+        return []
+    middles = np.array([points[members[k].triangles].mean(axis=(0, 1)) for k in rows])
+    wanted = winding_numbers(middles, points, oriented, tree=tree) >= 1
+    lost = np.flatnonzero((winding_numbers(middles, *united) >= 1) != wanted)
+    if not len(lost):
+        return []
+    largest = float(extents[rows[lost]].max())
+    return [_repair("parts as thin as rounding dropped", len(lost), middles[lost[0]], largest)]
 
 
 def _without_nesting(
     points: FloatArray, members: list[Part], nested: list[bool]
-) -> tuple[FloatArray, list[Part], list[bool]]:
+) -> tuple[FloatArray, list[Part], list[bool], list[Repair]]:
     """Return vertices and parts, those nested in themselves as they are without walls inside.
 
-    The library would leave the walls. Also returns which could not be cut.
+    The library would leave the walls. Also returns which could not be cut, and repairs.
     """
     at, result, left, count = [points], [], list(nested), len(points)
+    repairs: list[Repair] = []
     for k, part in enumerate(members):
         if nested[k]:
+            own, triangles = _used(points, part.triangles)
             try:
-                own, triangles = _resolved_group(*_used(points, part.triangles))
+                cut = _resolved_group(own, triangles, np.zeros(len(own), dtype=np.int64))
             except _NotUnitedError:
                 result.append(part)
                 continue
-            one = np.zeros(len(triangles), dtype=np.int64)
-            volume = float(signed_volumes(own, triangles, one, 1)[0]) / 6.0
-            part = part._replace(triangles=triangles + count, volume=volume)
-            at.append(own)
-            left[k], count = False, count + len(own)
+            one = np.zeros(len(cut.triangles), dtype=np.int64)
+            volume = float(signed_volumes(cut.vertices, cut.triangles, one, 1)[0]) / 6.0
+            part = part._replace(triangles=cut.triangles + count, volume=volume)
+            at.append(cut.vertices)
+            repairs += cut.repairs
+            left[k], count = False, count + len(cut.vertices)
         result.append(part)
-    return np.concatenate(at), result, left
+    return np.concatenate(at), result, left, repairs
 
 
 def _about(
@@ -260,122 +283,59 @@ def _about(
     return np.concatenate(points), result
 
 
-def _resolved_group(points: FloatArray, oriented: IntArray) -> tuple[FloatArray, IntArray]:
-    """Return the boundary of the space triangles wind around, by cutting their crossings."""
+def _resolved_group(
+    points: FloatArray, oriented: IntArray, of: IntArray, crossing: FloatArray | None = None
+) -> _Piece:
+    """Return the boundary of the space triangles wind around, by cutting their crossings.
+
+    ``of`` (v,) is the part that each point is a corner of, and ``crossing`` (3,) is reported.
+    """
     try:
         found = resolved(unfolded(points, oriented), oriented)
     except TooManyError as error:
         raise _NotUnitedError(f"parts can't be united: {error}") from error
     if found is None:
         raise _NotUnitedError("parts can't be united: where they cross, they do not close")
-    united = found[0], without_short_edges(*found)
-    _hold_to_winding((points, oriented), united)
-    return _used(*united)
+    at, triangles, moved = found
+    piece = _collapsed(at, triangles, Corners(moved, of))
+    _hold_to_winding((points, oriented), piece[:2])
+    if crossing is not None:
+        piece.repairs.append(_repair("bodies cut where they cross themselves", 1, crossing))
+    return piece
 
 
-def _by_library(bodies: Sequence[Any], hollow: list[bool]) -> tuple[FloatArray, IntArray]:
+def _by_library(bodies: Sequence[Any], hollow: list[bool], corners: Corners) -> _Piece:
     """Return the boundary of the solid of manifolds, some of which are cavities."""
-    import manifold3d
-
     if any(body is None for body in bodies):
         raise _NotUnitedError("manifold3d refuses a part")
-    solids = [body for body, is_hollow in zip(bodies, hollow, strict=True) if not is_hollow]
-    hollows = [body for body, is_hollow in zip(bodies, hollow, strict=True) if is_hollow]
-    whole = manifold3d.Manifold.batch_boolean(solids, manifold3d.OpType.Add)
-    if hollows:
-        out = _levels(hollows, len(hollows))
-        # Where there is no cavity, it is enough to be in one of the others.
-        inside = [whole, *_levels(_beside(solids, hollows), len(out) + 1)[1:]]
-        out.append(manifold3d.Manifold())
-        whole = manifold3d.Manifold.batch_boolean(
-            [u - v for u, v in zip(inside, out, strict=False)], manifold3d.OpType.Add
-        )
-    mesh = whole.to_mesh64()
-    points = np.array(mesh.vert_properties[:, :3], dtype=np.float64)
-    triangles = np.array(mesh.tri_verts, dtype=np.int64).reshape(-1, 3)
-    return _used(points, without_short_edges(points, triangles))
+    return _collapsed(*boundary_of(bodies, hollow), corners)
 
 
-def _bodies(vertices: FloatArray, members: list[Part], nested: list[bool]) -> list[Any]:
-    """Return parts for the library, with None for those that it refuses or that are nested."""
-    return [
-        None if is_nested else _body(*_used(vertices, part.triangles))
-        for part, is_nested in zip(members, nested, strict=True)
-    ]
+def _collapsed(points: FloatArray, triangles: IntArray, corners: Corners) -> _Piece:
+    """Return triangles (m, 3) without needles of rounding, and the features that they lost."""
+    triangles, lost, size = without_short_edges(points, triangles, corners)
+    repairs = []
+    if len(lost):
+        kind = f"features smaller than {SHORT:g} of the size dropped"
+        repairs.append(_repair(kind, len(lost), points[lost[0]], size))
+    return _Piece(*_used(points, triangles), repairs)
 
 
-def _body(vertices: FloatArray, triangles: IntArray) -> Any:
-    """Return a part for the library, or None if it refuses it."""
-    import manifold3d
-
-    points, faces = with_pairs_apart(vertices, triangles)
-    mesh = manifold3d.Mesh64(
-        vert_properties=np.ascontiguousarray(points),
-        tri_verts=np.ascontiguousarray(faces, dtype=np.uint64),
-    )
-    body = manifold3d.Manifold(mesh)
-    return body if body.status() == manifold3d.Error.NoError else None
-
-
-def _beside(bodies: Sequence[Any], others: Sequence[Any]) -> list[Any]:
-    """Return the bodies whose boxes meet the box of any other one."""
-    own = np.array([body.bounding_box() for body in bodies])
-    boxes = np.array([body.bounding_box() for body in others])
-    is_below = (own[:, None, :3] <= boxes[None, :, 3:]).all(axis=2)
-    is_above = (own[:, None, 3:] >= boxes[None, :, :3]).all(axis=2)
-    rows = np.unique(np.nonzero(is_below & is_above)[0])
-    return [bodies[k] for k in rows.tolist()]
-
-
-def _levels(bodies: Sequence[Any], most: int) -> list[Any]:
-    """Return, for k from 1 to at most ``most``, the points that are in k or more of the bodies.
-
-    Halves of the bodies are counted first: points in k of all are in i of the one half, and in
-    k - i of the other. So most intersections are of few triangles.
-    """
-    levels = [[body] for body in bodies]
-    while len(levels) > 1:
-        left = levels[-1:] if len(levels) % 2 else []
-        pairs = zip(levels[::2], levels[1::2], strict=False)
-        levels = [_levels_of_both(one, other, most) for one, other in pairs] + left
-    return levels[0] if levels else []
-
-
-def _levels_of_both(one: list[Any], other: list[Any], most: int) -> list[Any]:
-    """Return, for k up to ``most``, the points that are in k or more of two halves together."""
-    import manifold3d
-
-    result: list[Any] = []
-    for k in range(1, min(most, len(one) + len(other)) + 1):
-        terms = [one[k - 1]] if k <= len(one) else []
-        terms += [other[k - 1]] if k <= len(other) else []
-        terms += [
-            one[i - 1] ^ other[k - i - 1]
-            for i in range(max(1, k - len(other)), min(len(one), k - 1) + 1)
-        ]
-        level = manifold3d.Manifold.batch_boolean(terms, manifold3d.OpType.Add)
-        if level.is_empty():
-            break
-        result.append(level)
-    return result
-
-
-def _hold_to_winding(
-    given: tuple[FloatArray, IntArray], united: tuple[FloatArray, IntArray]
-) -> None:
+def _hold_to_winding(given: Shell, united: Shell, tree: Tree | None = None) -> None:
     """Compare the union with its parts at random points, in the box and beside vertices.
 
-    It winds once around the points around which they wind once or more.
+    It winds once around the points around which they wind once or more. ``tree`` is of the parts'
+    triangles, if it is known.
     """
     rng = np.random.default_rng(2)
     vertices, oriented = given
-    corners = vertices[np.unique(oriented)]
+    corners = vertices[used_indices(oriented, len(vertices))[0]]
     lower, upper = corners.min(axis=0), corners.max(axis=0)
     spread = rng.uniform(lower, upper, (_SAMPLES, 3))
     beside = corners[rng.integers(len(corners), size=_SAMPLES)]
     beside = beside + rng.normal(scale=1e-3 * float((upper - lower).max()), size=beside.shape)
     samples = np.concatenate([spread, beside])
-    wanted = winding_numbers(samples, vertices, oriented) >= 1
+    wanted = winding_numbers(samples, vertices, oriented, tree=tree) >= 1
     found = np.zeros(len(samples), dtype=np.int64)
     if len(united[1]):
         found = winding_numbers(samples, *united)

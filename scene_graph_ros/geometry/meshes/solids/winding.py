@@ -15,13 +15,19 @@ from scene_graph_ros.geometry.meshes.bvh import build_bvh, traversal_stack
 from scene_graph_ros.geometry.meshes.triangle_boxes import triangle_boxes
 from scene_graph_ros.geometry.spatial.vectors import cross, dot, load_vector, norm, subtract
 
-__all__ = ["winding_numbers"]
+__all__ = ["Tree", "winding_numbers"]
+
+Tree = tuple[Any, ...]
+"""As ``build_bvh`` returns it."""
 
 _TRIES = 12
 """Rays that pass an edge too near to tell its sides apart are followed by others, as many."""
 
 _NEAR_EDGE = 1e-14
 """Relative to the lengths of an edge and of the way there: a ray this near is no answer."""
+
+_SLACK = 1e-12
+"""Relative to the size: by as much boxes are larger than triangles."""
 
 
 @lean_kernel
@@ -116,16 +122,19 @@ def winding_numbers(
     triangles: NDArray[np.int64],
     above: NDArray[np.int64] | None = None,
     times: NDArray[np.int64] | None = None,
+    tree: Tree | None = None,
 ) -> NDArray[np.int64]:
     """Return (n,) how often closed triangles wind around each of (n, 3) points.
 
     It is 1 inside of one part whose triangles run counter-clockwise seen from outside. With
     ``above`` (n,) each point is in a triangle, and the number is that of its front side. ``times``
-    (m,) says how many triangles each stands for, once by default.
+    (m,) says how many triangles each stands for, once by default. ``tree`` is of boxes around the
+    triangles, with some slack.
     """
-    lower, upper = triangle_boxes(vertices, triangles)
-    slack = 1e-12 * float((upper.max(axis=0) - lower.min(axis=0)).max())
-    tree: tuple[Any, ...] = build_bvh(lower - slack, upper + slack)
+    if tree is None:
+        lower, upper = triangle_boxes(vertices, triangles)
+        slack = _SLACK * float((upper.max(axis=0) - lower.min(axis=0)).max())
+        tree = build_bvh(lower - slack, upper + slack)
     rays = np.random.default_rng(1).normal(size=(_TRIES, 3))
     rays = np.sign(rays) * np.maximum(np.abs(rays), 0.1)
     rays /= np.linalg.norm(rays, axis=1)[:, None]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 import weakref
 
@@ -30,6 +31,7 @@ from scene_graph_ros.geometry.perception.exact.bodies import Bodies, MAX_TRIANGL
 from scene_graph_ros.geometry.perception.exact.cover import Cover
 from scene_graph_ros.geometry.perception.exact.cover_table import cover_of
 from scene_graph_ros.geometry.shapes.element_shape import ElementShape
+from scene_graph_ros.geometry.shapes.every_kind import every_kind
 from scene_graph_ros.geometry.shapes.field_surface import (
     drawn_places,
     field_triangles,
@@ -151,25 +153,39 @@ def _own_color(look: Appearance, is_painted: bool, default: tuple[float, ...]) -
     return (*default[:3], 1.0) if is_painted else default
 
 
-def _size_and_reach(shape: Any) -> tuple[tuple[float, float, float], float]:
+Numbers = tuple[tuple[float, ...], float]
+
+
+def _of_tube(shape: Any, reach: float) -> Numbers:
+    return (shape.radius, 0.5 * shape.length, 0.0), reach
+
+
+def _of_box(shape: Any) -> Numbers:
+    halves = 0.5 * shape.size
+    return tuple(halves.tolist()), length(halves)
+
+
+_NUMBERS: dict[ShapeKind, Callable[[Any], Numbers] | None] = every_kind(
+    "numbers of visible bodies",
+    {
+        ShapeKind.SPHERE: lambda s: ((s.radius, 0.0, 0.0), s.radius),
+        ShapeKind.CAPSULE: lambda s: _of_tube(s, s.radius + 0.5 * s.length),
+        ShapeKind.BOX: _of_box,
+        ShapeKind.CYLINDER: lambda s: _of_tube(s, float(np.hypot(s.radius, 0.5 * s.length))),
+        ShapeKind.ELLIPSOID: lambda s: ((s.a, s.b, s.c), max(s.a, s.b, s.c)),
+        ShapeKind.HALF_SPACE: lambda s: ((0.0, 0.0, 0.0), np.inf),
+        # These have triangles.
+        ShapeKind.CONVEX: None,
+        ShapeKind.MESH: None,
+    },
+)
+
+
+def _size_and_reach(shape: Any) -> Numbers:
     """Return a shape's numbers as kernels read them, and how far it reaches from its origin."""
-    match shape.kind:
-        case ShapeKind.SPHERE:
-            return (shape.radius, 0.0, 0.0), shape.radius
-        case ShapeKind.CAPSULE:
-            half = 0.5 * shape.length
-            return (shape.radius, half, 0.0), shape.radius + half
-        case ShapeKind.CYLINDER:
-            half = 0.5 * shape.length
-            return (shape.radius, half, 0.0), float(np.hypot(shape.radius, half))
-        case ShapeKind.BOX:
-            halves = 0.5 * shape.size
-            return tuple(halves.tolist()), length(halves)
-        case ShapeKind.ELLIPSOID:
-            return (shape.a, shape.b, shape.c), max(shape.a, shape.b, shape.c)
-        case ShapeKind.HALF_SPACE:
-            return (0.0, 0.0, 0.0), np.inf
-    raise AssertionError(shape)
+    numbers = _NUMBERS[shape.kind]
+    assert numbers is not None, shape
+    return numbers(shape)
 
 
 def _visible_mesh(shape: MeshShape, name: str) -> VisibleMesh:

@@ -2,18 +2,15 @@
 
 import math
 
+from scene_graph_ros.geometry.compiled.dispatch import by_kind
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.compiled.places import LAST_PLACE
+from scene_graph_ros.geometry.shapes.every_kind import every_kind
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.spatial.vectors import cross, load_vector, subtract, unit
 
 __all__ = ["box_axis", "is_on_end", "normal_at", "triangle_corners", "triangle_normal"]
 
-_SPHERE = int(ShapeKind.SPHERE)
-_CAPSULE = int(ShapeKind.CAPSULE)
-_BOX = int(ShapeKind.BOX)
-_CYLINDER = int(ShapeKind.CYLINDER)
-_ELLIPSOID = int(ShapeKind.ELLIPSOID)
 _UP = (0.0, 0.0, 1.0)
 
 
@@ -47,21 +44,46 @@ def _cylinder_normal(size, p):
     return unit((p[0], p[1], 0.0), _UP)
 
 
-@lean_kernel
+@inlined_kernel
+def _sphere_normal(p):
+    return unit(p, _UP)
+
+
+@inlined_kernel
+def _capsule_normal(size, p):
+    return unit((p[0], p[1], p[2] - max(-size[1], min(size[1], p[2]))), _UP)
+
+
+@inlined_kernel
+def _ellipsoid_normal(size, p):
+    x, y, z = p[0] / size[0], p[1] / size[1], p[2] / size[2]
+    return unit((x / size[0], y / size[1], z / size[2]), _UP)
+
+
+@inlined_kernel
+def _half_space_normal():
+    return _UP
+
+
+_NORMALS = every_kind(
+    "normals at visible points",
+    {
+        ShapeKind.SPHERE: _sphere_normal,
+        ShapeKind.CAPSULE: _capsule_normal,
+        ShapeKind.BOX: _box_normal,
+        ShapeKind.CYLINDER: _cylinder_normal,
+        ShapeKind.ELLIPSOID: _ellipsoid_normal,
+        ShapeKind.HALF_SPACE: _half_space_normal,
+        # Hulls and meshes have those of their triangles.
+        ShapeKind.CONVEX: _half_space_normal,
+        ShapeKind.MESH: _half_space_normal,
+    },
+)
+
+
+@by_kind(lean_kernel, ["kind"], _NORMALS)
 def normal_at(kind, size, p):
     """Return a unit normal, out or in, of a shape with a closed form at a point of its surface."""
-    if kind == _SPHERE:
-        return unit(p, _UP)
-    if kind == _CAPSULE:
-        return unit((p[0], p[1], p[2] - max(-size[1], min(size[1], p[2]))), _UP)
-    if kind == _BOX:
-        return _box_normal(size, p)
-    if kind == _CYLINDER:
-        return _cylinder_normal(size, p)
-    if kind == _ELLIPSOID:
-        x, y, z = p[0] / size[0], p[1] / size[1], p[2] / size[2]
-        return unit((x / size[0], y / size[1], z / size[2]), _UP)
-    return _UP
 
 
 @inlined_kernel

@@ -7,18 +7,14 @@ middle of the picture is towards the x axis. ``docs/cameras.md`` lists all.
 
 import math
 
+from scene_graph_ros.geometry.compiled.dispatch import by_kind
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel
 from scene_graph_ros.geometry.perception.exact.normals import box_axis, is_on_end
+from scene_graph_ros.geometry.shapes.every_kind import every_kind
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.spatial.elementary import arc_tangent
 
 __all__ = ["picture_coordinates"]
-
-_SPHERE = int(ShapeKind.SPHERE)
-_CAPSULE = int(ShapeKind.CAPSULE)
-_BOX = int(ShapeKind.BOX)
-_CYLINDER = int(ShapeKind.CYLINDER)
-_ELLIPSOID = int(ShapeKind.ELLIPSOID)
 
 
 @lean_kernel
@@ -63,20 +59,40 @@ def _on_capsule(size, p):
 
 
 @lean_kernel
+def _on_sphere(p):
+    return _around(p), 0.5 + _latitude(p) / math.pi
+
+
+@lean_kernel
+def _on_ellipsoid(size, p):
+    q = (p[0] / size[0], p[1] / size[1], p[2] / size[2])
+    return _around(q), 0.5 + _latitude(q) / math.pi
+
+
+@lean_kernel
+def _on_half_space(p):
+    return p[0], p[1]
+
+
+_COORDINATES = every_kind(
+    "coordinates on pictures",
+    {
+        ShapeKind.SPHERE: _on_sphere,
+        ShapeKind.ELLIPSOID: _on_ellipsoid,
+        ShapeKind.CAPSULE: _on_capsule,
+        ShapeKind.BOX: _on_box,
+        ShapeKind.CYLINDER: _on_cylinder,
+        ShapeKind.HALF_SPACE: _on_half_space,
+        # Meshes have the coordinates of their files.
+        ShapeKind.CONVEX: _on_half_space,
+        ShapeKind.MESH: _on_half_space,
+    },
+)
+
+
+@by_kind(lean_kernel, ["kind"], _COORDINATES)
 def picture_coordinates(kind, size, p):
     """Return (u, v) of a point on the surface of a shape, given in its frame G.
 
     Of a half space they are x and y in metres: a picture covers a square metre.
     """
-    if kind == _SPHERE:
-        return _around(p), 0.5 + _latitude(p) / math.pi
-    if kind == _ELLIPSOID:
-        q = (p[0] / size[0], p[1] / size[1], p[2] / size[2])
-        return _around(q), 0.5 + _latitude(q) / math.pi
-    if kind == _CAPSULE:
-        return _on_capsule(size, p)
-    if kind == _BOX:
-        return _on_box(size, p)
-    if kind == _CYLINDER:
-        return _on_cylinder(size, p)
-    return p[0], p[1]

@@ -8,18 +8,14 @@ Quadratic equations are solved about the point of the ray that is nearest to the
 small shape that is far away then loses no digits.
 """
 
+from scene_graph_ros.geometry.compiled.dispatch import by_kind
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
 from scene_graph_ros.geometry.compiled.lanes import every, magnitude, root, select, with_sign
+from scene_graph_ros.geometry.shapes.every_kind import every_kind
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.tolerances import EPSILON, INFINITY
 
 __all__ = ["inside_of"]
-
-_SPHERE = int(ShapeKind.SPHERE)
-_CAPSULE = int(ShapeKind.CAPSULE)
-_BOX = int(ShapeKind.BOX)
-_CYLINDER = int(ShapeKind.CYLINDER)
-_ELLIPSOID = int(ShapeKind.ELLIPSOID)
 
 _ALONG_AXIS = EPSILON * EPSILON
 """Squared sine: a ray this parallel to an axis keeps its distance from it to rounding."""
@@ -48,12 +44,17 @@ def _slab(half, o, d):
 
 
 @inlined_kernel
-def _sphere(radius, o, d):
+def _ball(radius, o, d):
     square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
     middle = -(o[0] * d[0] + o[1] * d[1] + o[2] * d[2]) / square
     x, y, z = o[0] + middle * d[0], o[1] + middle * d[1], o[2] + middle * d[2]
     half = root((radius * radius - (x * x + y * y + z * z)) / square)
     return middle - half, middle + half
+
+
+@inlined_kernel
+def _sphere(size, o, d):
+    return _ball(size[0], o, d)
 
 
 @inlined_kernel
@@ -80,8 +81,8 @@ def _capsule(size, o, d):
     """Return the side where a ray meets it between the ends, else the ball at the nearer end."""
     enter, leave = _tube(size[0], o, d)
     z_enter, z_leave = o[2] + enter * d[2], o[2] + leave * d[2]
-    ball_enter, _ = _sphere(size[0], (o[0], o[1], o[2] - with_sign(size[1], z_enter)), d)
-    _, ball_leave = _sphere(size[0], (o[0], o[1], o[2] - with_sign(size[1], z_leave)), d)
+    ball_enter, _ = _ball(size[0], (o[0], o[1], o[2] - with_sign(size[1], z_enter)), d)
+    _, ball_leave = _ball(size[0], (o[0], o[1], o[2] - with_sign(size[1], z_leave)), d)
     return (
         select(magnitude(z_enter) <= size[1], enter, ball_enter),
         select(magnitude(z_leave) <= size[1], leave, ball_leave),
@@ -100,7 +101,7 @@ def _box(size, o, d):
 def _ellipsoid(size, o, d):
     scaled_o = (o[0] / size[0], o[1] / size[1], o[2] / size[2])
     scaled_d = (d[0] / size[0], d[1] / size[1], d[2] / size[2])
-    return _sphere(1.0, scaled_o, scaled_d)
+    return _ball(1.0, scaled_o, scaled_d)
 
 
 @inlined_kernel
@@ -110,20 +111,25 @@ def _half_space(o, d):
     return crossing, crossing
 
 
-@inlined_kernel
+_INTERVALS = every_kind(
+    "intervals of rays",
+    {
+        ShapeKind.SPHERE: _sphere,
+        ShapeKind.CAPSULE: _capsule,
+        ShapeKind.BOX: _box,
+        ShapeKind.CYLINDER: _cylinder,
+        ShapeKind.ELLIPSOID: _ellipsoid,
+        ShapeKind.HALF_SPACE: _half_space,
+        # Hulls and meshes are seen by their triangles.
+        ShapeKind.CONVEX: _half_space,
+        ShapeKind.MESH: _half_space,
+    },
+)
+
+
+@by_kind(inlined_kernel, ["kind"], _INTERVALS)
 def inside_of(kind, size, o, d):
     """Return the depths (enter, leave) between which rays are inside a shape of a kind.
 
     Of a half space, the depth of its surface twice.
     """
-    if kind == _SPHERE:
-        return _sphere(size[0], o, d)
-    if kind == _CAPSULE:
-        return _capsule(size, o, d)
-    if kind == _BOX:
-        return _box(size, o, d)
-    if kind == _CYLINDER:
-        return _cylinder(size, o, d)
-    if kind == _ELLIPSOID:
-        return _ellipsoid(size, o, d)
-    return _half_space(o, d)

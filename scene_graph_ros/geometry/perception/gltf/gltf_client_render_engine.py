@@ -30,6 +30,7 @@ from scene_graph_ros.geometry.perception.gltf.answers import color_of, depth_of,
 from scene_graph_ros.geometry.perception.gltf.document import gltf_document
 from scene_graph_ros.geometry.perception.gltf.exchange import checked_url, post
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.missing_package import not_installed
 
 __all__ = ["GltfClientRenderEngine"]
 
@@ -73,9 +74,7 @@ class GltfClientRenderEngine:
         object.__setattr__(self, "timeout", checked_number(self, "timeout", 1e-3, 3600.0))
         take_colors(self, ("default_diffuse",))
         if importlib.util.find_spec("PIL") is None:
-            raise EngineError(
-                "GltfClientRenderEngine: Pillow is not installed: pip install pillow"
-            )
+            raise EngineError(not_installed("GltfClientRenderEngine", "pillow"))
 
     @property
     def type_name(self) -> str:

@@ -29,6 +29,7 @@ from scene_graph_ros.geometry.perception.traced.environment_map import Environme
 from scene_graph_ros.geometry.perception.traced.lights import LightParameter
 from scene_graph_ros.geometry.perception.traced.mitsuba_scene import trace, Tracing
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.missing_package import not_installed
 
 __all__ = ["TracedRenderEngine"]
 
@@ -71,9 +72,7 @@ class TracedRenderEngine:
 
     def __post_init__(self) -> None:
         if importlib.util.find_spec("mitsuba") is None:
-            raise EngineError(
-                "TracedRenderEngine: Mitsuba is not installed: pip install mitsuba==3.9.1"
-            )
+            raise EngineError(not_installed("TracedRenderEngine", "mitsuba==3.9.1"))
         if not isinstance(self.environment_map, EnvironmentMap | None):
             raise EngineError(
                 "TracedRenderEngine: environment_map must be an EnvironmentMap or None, not"

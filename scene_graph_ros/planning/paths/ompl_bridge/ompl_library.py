@@ -8,6 +8,7 @@ import sys
 from typing import Any, NamedTuple
 
 from scene_graph_ros.geometry.errors import SceneGraphError
+from scene_graph_ros.missing_package import not_installed
 
 __all__ = ["MissingOmplError", "OmplLibrary", "get_ompl"]
 
@@ -35,7 +36,7 @@ def get_ompl() -> OmplLibrary:
     try:
         found = OmplLibrary(*(importlib.import_module(name) for name in names))
     except ImportError as error:
-        raise MissingOmplError("OMPL's planners need it: python -m pip install ompl") from error
+        raise MissingOmplError(not_installed("a planner of OMPL", "ompl")) from error
     if is_new:
         found.util.setLogLevel(found.util.LOG_WARN)
     return found

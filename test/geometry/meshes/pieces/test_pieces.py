@@ -226,7 +226,9 @@ def test_without_the_library_the_extra_is_named(monkeypatch):
     """Nothing of another version is taken from the disk."""
     monkeypatch.setattr(coacd_split, "_installed", lambda: "")
     mesh = Mesh(vertices=L_POINTS * 1.5, faces=L_FACES)
-    with pytest.raises(MeshError, match="take the extra coacd: pip install coacd"):
+    with pytest.raises(
+        MeshError, match="takes the package coacd, which is not installed: pip install coacd"
+    ):
         query_of(mesh, (9, 9, 9), pieces="coacd")
 
 
