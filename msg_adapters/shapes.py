@@ -30,6 +30,8 @@ from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 from scene_graph_ros.geometry.shapes.point_cloud import PointCloud
 from scene_graph_ros.geometry.shapes.shape import Shape
 from scene_graph_ros.geometry.shapes.sphere import Sphere
+from scene_graph_ros.geometry.shapes.voxel_grid import VoxelGrid
+from scene_graph_ros.geometry.shapes.voxel_runs import from_runs, to_runs
 
 __all__ = [
     "Resolver",
@@ -64,10 +66,13 @@ _KINDS: dict[enum.IntEnum, int] = {
     **{cls.kind: kind for kind, cls in _MESHES.items()},
     PointCloud.kind: ShapeMsg.POINT_CLOUD,
     HeightField.kind: ShapeMsg.HEIGHT_FIELD,
+    VoxelGrid.kind: ShapeMsg.VOXEL_GRID,
 }
 
 _BEFORE_HEIGHTS = 4
 """Dimensions of a height field before its heights."""
+_BEFORE_RUNS = 5
+"""Dimensions of a voxel grid before its runs."""
 
 
 def resolve_file(resource: str) -> Path:
@@ -103,6 +108,8 @@ def shape_from_msg(msg: ShapeMsg, resolve: Resolver = resolve_file) -> Shape:
         return _point_cloud_from_msg(msg)
     if msg.kind == ShapeMsg.HEIGHT_FIELD:
         return _height_field_from_msg(msg)
+    if msg.kind == ShapeMsg.VOXEL_GRID:
+        return _voxel_grid_from_msg(msg)
     known = max(_KINDS.values())
     raise MessageError(f"shape kind {msg.kind} is unknown; known are 0 to {known}")
 
@@ -134,6 +141,20 @@ def _height_field_from_msg(msg: ShapeMsg) -> HeightField:
             f"HeightField: {len(heights)} heights are no rows of {int(columns)} columns"
         )
     return HeightField(heights.reshape(-1, int(columns)), (width, depth), floor)
+
+
+def _voxel_grid_from_msg(msg: ShapeMsg) -> VoxelGrid:
+    numbers = np.array(msg.dimensions, dtype=np.float64)
+    if len(numbers) < _BEFORE_RUNS or (len(numbers) - _BEFORE_RUNS) % 2:
+        raise MessageError(
+            "VoxelGrid takes the dimensions voxel, whether unknown counts as free, counts along"
+            f" x, y and z, and pairs of a state and how many have it, not {len(numbers)} numbers"
+        )
+    voxel, free = numbers[:2].tolist()
+    if free not in (0.0, 1.0):
+        raise MessageError(f"VoxelGrid: whether unknown counts as free must be 0 or 1, not {free}")
+    occupancy = from_runs(numbers[2:_BEFORE_RUNS], numbers[_BEFORE_RUNS:])
+    return VoxelGrid(occupancy, voxel, unknown_is_free=free == 1.0)
 
 
 def _mesh_shape_from_msg(cls: type[MeshShape], msg: ShapeMsg, resolve: Resolver) -> Shape:
@@ -184,6 +205,10 @@ def shape_to_msg(shape: Shape) -> ShapeMsg:
         before = [*shape.size, shape.floor, float(shape.heights.shape[1])]
         numbers = np.concatenate([before, shape.heights.reshape(-1)])
         return ShapeMsg(kind=kind, dimensions=float64s_to_msg(numbers))
+    if isinstance(shape, VoxelGrid):
+        start = [shape.voxel, float(shape.unknown_is_free), *map(float, shape.occupancy.shape)]
+        runs = to_runs(shape.occupancy).reshape(-1).astype(np.float64)
+        return ShapeMsg(kind=kind, dimensions=float64s_to_msg(np.concatenate([start, runs])))
     assert isinstance(shape, MeshShape)
     msg = ShapeMsg(kind=kind, scale=np.array(shape.scale, dtype=np.float64))
     if shape.path is not None:

@@ -18,6 +18,7 @@ __all__ = [
     "mesh",
     "point_cloud",
     "sphere",
+    "voxel_grid",
 ]
 
 
@@ -85,3 +86,17 @@ def height_field(heights: ArrayLike, size: tuple[float, float], floor: float) ->
     if rows.ndim != 2:
         raise ValueError(f"heights must be (rows, cols), not {rows.shape}")
     return _shape(Shape.HEIGHT_FIELD, *size, floor, rows.shape[1], *rows.reshape(-1).tolist())
+
+
+def voxel_grid(occupancy: ArrayLike, voxel: float, *, unknown_is_free: bool = False) -> Shape:
+    """Return boxes of an edge (m) of states ``(nx, ny, nz)``: 0 free, 1 occupied, 2 unknown.
+
+    Raises ValueError for states of other axes.
+    """
+    states = np.asarray(occupancy, dtype=np.float64)
+    if states.ndim != 3:
+        raise ValueError(f"occupancy must be (nx, ny, nz), not {states.shape}")
+    flat = states.reshape(-1)
+    starts = np.flatnonzero(np.diff(flat, prepend=-1.0))
+    runs = np.stack([flat[starts], np.diff(starts, append=len(flat))], axis=1).reshape(-1)
+    return _shape(Shape.VOXEL_GRID, voxel, float(unknown_is_free), *states.shape, *runs.tolist())

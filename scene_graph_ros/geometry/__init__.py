@@ -54,6 +54,7 @@ from scene_graph_ros.geometry.shapes.mesh import Mesh
 from scene_graph_ros.geometry.shapes.point_cloud import PointCloud
 from scene_graph_ros.geometry.shapes.shape import Shape
 from scene_graph_ros.geometry.shapes.sphere import Sphere
+from scene_graph_ros.geometry.shapes.voxel_grid import Voxel, VoxelGrid
 
 if TYPE_CHECKING:
     from scene_graph_ros.geometry.deformable.results import (
@@ -111,6 +112,8 @@ __all__ = [
     "SourceId",
     "Sphere",
     "SurfaceMesh",
+    "Voxel",
+    "VoxelGrid",
     "add_compliant_hydroelastic_properties",
     "add_compliant_hydroelastic_properties_for_half_space",
     "add_contact_material",

@@ -26,6 +26,7 @@ from scene_graph_ros.geometry import (
     Rgba,
     Shape,
     Sphere,
+    VoxelGrid,
 )
 from scene_graph_ros.geometry.model.contact_properties import HYDROELASTIC_GROUP, MATERIAL_GROUP
 from scene_graph_ros.geometry.model.deformable import DEFORMABLE_GROUP
@@ -34,6 +35,7 @@ from scene_graph_ros.geometry.model.hydroelastic_properties import (
     read_hydroelastic_properties,
 )
 from scene_graph_ros.geometry.model.properties import GeometryProperties
+from scene_graph_ros.geometry.shapes.voxel_runs import from_runs
 from scene_graph_ros.geometry.spatial.poses import (
     as_pose,
     pose_from_xyz_rpy,
@@ -52,6 +54,7 @@ from scene_graph_ros.scene_files.schema_shapes import (
     PointCloudSpec,
     ShapeSpec,
     SphereSpec,
+    VoxelGridSpec,
 )
 
 __all__ = [
@@ -111,6 +114,9 @@ def shape_from_spec(spec: ShapeSpec, resolve: Callable[[str], Path]) -> Shape:
             return PointCloud(spec.points, spec.radius)
         case HeightFieldSpec():
             return HeightField(spec.heights, spec.size, spec.floor)
+        case VoxelGridSpec():
+            occupancy = from_runs(spec.counts, spec.runs)
+            return VoxelGrid(occupancy, spec.voxel, unknown_is_free=spec.unknown_is_free)
 
 
 def _mesh_shape_from_spec(spec: ConvexSpec | MeshSpec, resolve: Callable[[str], Path]) -> Shape:

@@ -26,12 +26,14 @@ from scene_graph_ros.geometry import (
     Rgba,
     Shape,
     Sphere,
+    VoxelGrid,
 )
 from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
+from scene_graph_ros.geometry.shapes.voxel_runs import to_runs
 
 __all__ = [
     "SavedFiles",
@@ -91,10 +93,14 @@ def shape_of_now(snapshot: Snapshot, geometry_id: GeometryId) -> Shape:
     shape = snapshot.inspector.get_shape(geometry_id)
     if isinstance(shape, HeightField):
         return HeightField(snapshot.height_set(geometry_id).heights, shape.size, shape.floor)
+    if isinstance(shape, VoxelGrid):
+        free = shape.unknown_is_free
+        now = snapshot.voxel_set(geometry_id).occupancy
+        return VoxelGrid(now, shape.voxel, unknown_is_free=free)
     if not isinstance(shape, PointCloud):
         return shape
-    now = snapshot.point_set(geometry_id)
-    return PointCloud(now.points, now.radii)
+    points = snapshot.point_set(geometry_id)
+    return PointCloud(points.points, points.radii)
 
 
 def shape_to_spec(shape: Shape, name: str, files: SavedFiles) -> dict[str, Any]:
@@ -122,6 +128,14 @@ def shape_to_spec(shape: Shape, name: str, files: SavedFiles) -> dict[str, Any]:
                 "heights": shape.heights.tolist(),
                 "size": list(shape.size),
                 "floor": shape.floor,
+            }
+        case VoxelGrid():
+            return {
+                "type": "voxel_grid",
+                "voxel": shape.voxel,
+                "unknown_is_free": shape.unknown_is_free,
+                "counts": list(shape.occupancy.shape),
+                "runs": to_runs(shape.occupancy).tolist(),
             }
         case Mesh() | Convex():
             return _mesh_to_spec(shape, name, files)

@@ -20,6 +20,7 @@ __all__ = [
     "PointCloudSpec",
     "ShapeSpec",
     "SphereSpec",
+    "VoxelGridSpec",
 ]
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
@@ -137,6 +138,21 @@ class HeightFieldSpec(_Spec):
     floor: Coordinate = Field(description="z of its underside, below all heights.")
 
 
+class VoxelGridSpec(_Spec):
+    """Boxes that are free, occupied or unknown; others are set while the scene runs."""
+
+    type: Literal["voxel_grid"]
+    voxel: Size = Field(description="The edge of a voxel; (0, 0, 0) has a corner at the origin.")
+    unknown_is_free: bool = Field(False, description="Whether queries take unknown for free.")
+    counts: Annotated[list[Index], Field(min_length=3, max_length=3)] = Field(
+        description="Voxels along x, y and z."
+    )
+    runs: list[Annotated[list[Index], Field(min_length=2, max_length=2)]] = Field(
+        description="Pairs of a state, 0 free, 1 occupied, 2 unknown, and how many voxels in turn"
+        " have it, z first."
+    )
+
+
 ShapeSpec = Annotated[
     SphereSpec
     | BoxSpec
@@ -147,6 +163,7 @@ ShapeSpec = Annotated[
     | ConvexSpec
     | MeshSpec
     | PointCloudSpec
-    | HeightFieldSpec,
+    | HeightFieldSpec
+    | VoxelGridSpec,
     Field(discriminator="type"),
 ]

@@ -12,6 +12,7 @@ from scene_graph_ros.geometry import (
     ProximityProperties,
     SceneGraph,
     Sphere,
+    VoxelGrid,
 )
 import scene_graph_ros.geometry.query.elements.ask
 import scene_graph_ros.geometry.query.elements.pair_entry
@@ -26,7 +27,7 @@ __all__ = ["ask_about_clouds"]
 
 
 def ask_about_clouds() -> None:
-    """Ask how far two clouds, a field, a robot of one link, and a point are from each other."""
+    """Ask how far two clouds, a field, a voxel, a robot and a point are from each other."""
     from scene_graph_ros.planning import RobotDiagram, SceneGraphCollisionChecker
 
     graph = SceneGraph()
@@ -37,6 +38,7 @@ def ask_about_clouds() -> None:
         (Sphere(0.1), frames[0]),
         (PointCloud([[3.0, 0.0, 0.0]], 0.1), still),
         (PointCloud([[0.0, 3.0, 0.0]], [0.1]), frames[1]),
+        (VoxelGrid([[[1]]], 0.5), still),
         (HeightField(np.full((2, 2), -3.0), (9.0, 9.0), -4.0), still),
     ):
         instance = GeometryInstance(np.eye(4), shape, shape.type_name)

@@ -28,6 +28,7 @@ from scene_graph_ros.geometry.shapes.mesh import Mesh
 from scene_graph_ros.geometry.shapes.point_cloud import PointCloud
 from scene_graph_ros.geometry.shapes.shape import Shape
 from scene_graph_ros.geometry.shapes.sphere import Sphere
+from scene_graph_ros.geometry.shapes.voxel_grid import VoxelGrid
 
 VERTICES = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 2.0, 0.0), (0.0, 0.0, 3.0)])
 FACES = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
@@ -124,6 +125,25 @@ def test_a_height_field_survives_the_wire(over_the_wire: Callable[[Any], Any]) -
     msg.dimensions[2] = 0.0
     with pytest.raises(InvalidShapeError, match="above the floor"):
         shapes.shape_from_msg(msg)
+
+
+def test_a_voxel_grid_survives_the_wire(over_the_wire: Callable[[Any], Any]) -> None:
+    """Its edge, what unknown counts as, counts and runs are dimensions; others are refused."""
+    grid = VoxelGrid([[[0, 1, 1], [2, 2, 0]]], 1 / 3, unknown_is_free=True)
+    msg = shapes.shape_to_msg(grid)
+    assert msg.kind == ShapeMsg.VOXEL_GRID
+    known = list(msg.dimensions)
+    assert known == [1 / 3, 1.0, 1.0, 2.0, 3.0, 0.0, 1.0, 1.0, 2.0, 2.0, 2.0, 0.0, 1.0]
+    assert shapes.shape_from_msg(over_the_wire(msg)) == grid
+    for dimensions, told in (
+        (known[:4], "takes the dimensions voxel"),
+        (known[:-1], "pairs of a state and how many have it, not 12 numbers"),
+        ([known[0], 0.5, *known[2:]], "must be 0 or 1, not 0.5"),
+    ):
+        with pytest.raises(MessageError, match=told):
+            shapes.shape_from_msg(ShapeMsg(kind=ShapeMsg.VOXEL_GRID, dimensions=dimensions))
+    with pytest.raises(InvalidShapeError, match="runs have 5 voxels, not the 6"):
+        shapes.shape_from_msg(ShapeMsg(kind=ShapeMsg.VOXEL_GRID, dimensions=known[:-2]))
 
 
 @pytest.mark.parametrize("radius", [0.25, 0.0, [0.5, 0.125]])

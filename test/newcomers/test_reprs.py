@@ -121,6 +121,7 @@ CHECKED_ELSEWHERE = {
     "ContactParticipation.__repr__": "numbers",
     "PointCloud.__repr__": "numbers",
     "HeightField.__repr__": "numbers",
+    "VoxelGrid.__repr__": "numbers",
     "DeformableContact.__repr__": "a number",
     "DeformableContactSurface.__repr__": "ids and a number",
     "ContactSurface.__repr__": "ids and numbers",

@@ -19,6 +19,7 @@ from scene_graph_ros.geometry import (
     SceneGraph,
     Sphere,
     SurfaceMesh,
+    VoxelGrid,
 )
 from scene_graph_ros.geometry.optimization import (
     AffineBall,
@@ -116,6 +117,15 @@ class Scene:
         context = graph.create_default_context()
         context.set_heights(self.source, {field_id: heights})
         return context.heights(field_id)
+
+    def with_voxels(self, voxels):
+        """Return voxels that were set of a grid, which has no role."""
+        graph = self.graph.clone()
+        grid = GeometryInstance(np.eye(4), VoxelGrid([[[0]]], 0.1), "grid")
+        grid_id = graph.register_geometry(self.source, self.frames[0], grid)
+        context = graph.create_default_context()
+        context.set_voxels(self.source, {grid_id: voxels})
+        return context.voxels(grid_id)
 
     def hung(self, X_FG):
         """Return where a geometry hangs whose pose was changed."""
@@ -364,6 +374,11 @@ CALLS = {
     "HeightField.__init__": (
         lambda heights, size: HeightField(heights, size, -1.0).heights,
         {"heights": HEIGHTS, "size": [1.0, 2.0]},
+    ),
+    "Context.set_voxels": (SCENE.with_voxels, {"voxels": [[[0, 1], [2, 0]]]}),
+    "VoxelGrid.__init__": (
+        lambda occupancy: VoxelGrid(occupancy, 0.1).occupancy,
+        {"occupancy": [[[0, 1], [2, 0]]]},
     ),
     "Context.set_heights": (SCENE.with_heights, {"heights": HEIGHTS}),
     "QueryObject.compute_signed_distance_geometry_to_point": (

@@ -121,7 +121,7 @@ def _install_ros(setup: Setup, venv: Path, with_tests: bool) -> None:
     _interfaces(setup, venv, _ROOT / "scene_graph_msgs", venv, wheels, only_python)
     if with_tests:
         workspace = _ROOT / "test" / "workspace"
-        for package in ("control_msgs", "tf2_msgs"):
+        for package in ("control_msgs", "octomap_msgs", "tf2_msgs"):
             _interfaces(setup, venv, workspace / package, venv / "test_workspace", wheels)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from scene_graph_ros.convex.errors import ConvexSetError
 from scene_graph_ros.convex.iris.cloud_obstacles import sets_of_cloud
 from scene_graph_ros.convex.iris.field_obstacles import sets_of_field
+from scene_graph_ros.convex.iris.voxel_obstacles import sets_of_voxels
 from scene_graph_ros.convex.sets.cartesian_product import CartesianProduct
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.convex.sets.from_shapes import placed_shape
@@ -34,6 +35,7 @@ from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 from scene_graph_ros.geometry.shapes.point_cloud import PointCloud
 from scene_graph_ros.geometry.shapes.shape import Shape
 from scene_graph_ros.geometry.shapes.sphere import Sphere
+from scene_graph_ros.geometry.shapes.voxel_grid import VoxelGrid
 
 __all__ = ["SceneObstacle", "make_iris_obstacles", "obstacles_of", "scene_obstacles"]
 
@@ -94,7 +96,8 @@ def obstacles_of(query: QueryObject, geometry_id: GeometryId) -> list[ConvexSet]
 
     It is the geometry itself, or the hull of a mesh, or of a deformable mesh's vertices; of
     a mesh in pieces those of the pieces; of a cloud its balls, or boxes around eight of them; of a
-    height field its prisms, or boxes around blocks of these.
+    height field its prisms, or boxes around blocks of these; of a voxel grid runs of its voxels,
+    or boxes around blocks.
     """
     if query.inspector().is_deformable(geometry_id):
         return [VPolytope(query.get_configurations_in_world(geometry_id))]
@@ -109,6 +112,8 @@ def _sets_of_shape(
         return sets_of_cloud(query.snapshot.point_set(geometry_id), X_FG)
     if isinstance(shape, HeightField):
         return sets_of_field(query.snapshot.height_set(geometry_id), X_FG)
+    if isinstance(shape, VoxelGrid):
+        return sets_of_voxels(query.snapshot.voxel_set(geometry_id), X_FG)
     if not isinstance(shape, MeshShape):
         return [_set_of_shape(query, geometry_id, frame, shape, X_FG)]
     R_FG, p_FG = X_FG[:3, :3], X_FG[:3, 3]

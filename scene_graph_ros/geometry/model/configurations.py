@@ -1,4 +1,4 @@
-"""A source's state beside poses, checked: vertices that deform, points and heights."""
+"""A source's state beside poses, checked: vertices that deform, points, heights, voxels."""
 
 from __future__ import annotations
 
@@ -15,13 +15,21 @@ from scene_graph_ros.geometry.model.ids import GeometryId, SourceId
 from scene_graph_ros.geometry.model.point_set import new_points, PointSet
 from scene_graph_ros.geometry.model.records import deformable_of, GeometryRecord
 from scene_graph_ros.geometry.model.state import GeometryState
+from scene_graph_ros.geometry.model.voxel_set import new_voxels, VoxelSet
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.geometry.shapes.height_field import HeightField
 from scene_graph_ros.geometry.shapes.point_cloud import PointCloud
+from scene_graph_ros.geometry.shapes.voxel_grid import VoxelGrid
 from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
 
-__all__ = ["checked_configurations", "checked_height_sets", "checked_point_sets", "is_of"]
+__all__ = [
+    "checked_configurations",
+    "checked_height_sets",
+    "checked_point_sets",
+    "checked_voxel_sets",
+    "is_of",
+]
 
 
 def checked_configurations(
@@ -68,7 +76,25 @@ def checked_height_sets(
     return result
 
 
-def is_of(value: Configuration | PointSet | HeightSet, record: GeometryRecord | None) -> bool:
+def checked_voxel_sets(
+    state: GeometryState, source_id: SourceId, voxels: Any
+) -> dict[GeometryId, VoxelSet]:
+    """Return the voxels that a source sets, or raise; see Context.set_voxels."""
+    result = {}
+    for record, label, value in _own(state, source_id, voxels, "set its voxels", "occupancy"):
+        shape = record.shape
+        if not isinstance(shape, VoxelGrid):
+            raise InvalidConfigurationError(
+                f"{label}: it is a {shape.type_name}, whose voxels can't be set; register a"
+                " VoxelGrid"
+            )
+        result[record.id] = new_voxels(shape, value, label)
+    return result
+
+
+def is_of(
+    value: Configuration | PointSet | HeightSet | VoxelSet, record: GeometryRecord | None
+) -> bool:
     """Tell whether an entry is of the geometry that has its id now, if any."""
     if record is None:
         return False

@@ -15,6 +15,7 @@ from scene_graph_ros.geometry.model.configurations import (
     checked_configurations,
     checked_height_sets,
     checked_point_sets,
+    checked_voxel_sets,
     is_of,
 )
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
@@ -244,6 +245,27 @@ class Context(ModelOwner):
         what is no height field.
         """
         return self.snapshot.height_set(geometry_id).heights
+
+    def set_voxels(self, source_id: SourceId, voxels: Mapping[GeometryId, Any]) -> None:
+        """Give voxel grids of a source other voxels.
+
+        ``voxels`` maps ids of geometries that are a `VoxelGrid` to states ``(nx, ny, nz)``, each
+        a `Voxel`, of any shape; the edge and the place of the grid stay. Others keep theirs.
+        Either all are taken (and copied) or, if an error is raised, none:
+        InvalidConfigurationError naming source and geometry for what is no voxel grid, for arrays
+        of another type, and, by its index, for a number that is no state; UnknownIdError for an
+        unknown source or geometry; OwnershipError for a geometry of another source.
+        """
+        with self._lock:
+            self._take(checked_voxel_sets(self.state, source_id, voxels))
+
+    def voxels(self, geometry_id: GeometryId) -> NDArray[np.uint8]:
+        """Return the states ``(nx, ny, nz)`` of a voxel grid's boxes, each a `Voxel`.
+
+        Read-only. Raises UnknownIdError for an unknown geometry, InvalidConfigurationError for
+        what is no voxel grid.
+        """
+        return self.snapshot.voxel_set(geometry_id).occupancy
 
     def _take(self, accepted: Mapping[GeometryId, SetValue]) -> None:
         """Put another moment in place, with some of its geometries set anew."""

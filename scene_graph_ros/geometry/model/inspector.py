@@ -34,6 +34,7 @@ from scene_graph_ros.geometry.shapes.mesh import Mesh
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 from scene_graph_ros.geometry.shapes.point_cloud import PointCloud
 from scene_graph_ros.geometry.shapes.shape import Shape
+from scene_graph_ros.geometry.shapes.voxel_grid import VoxelGrid
 
 if TYPE_CHECKING:
     from scene_graph_ros.geometry.meshes.surface_mesh import SurfaceMesh
@@ -136,6 +137,11 @@ class SceneGraphInspector(NotCopied):
         """Return all geometries that are a `HeightField`, whose heights a context has."""
         records = self._state.geometries.items()
         return [i for i, record in records if isinstance(record.shape, HeightField)]
+
+    def get_all_voxel_grid_ids(self) -> list[GeometryId]:
+        """Return all geometries that are a `VoxelGrid`, whose voxels a context has."""
+        records = self._state.geometries.items()
+        return [i for i, record in records if isinstance(record.shape, VoxelGrid)]
 
     def get_unchanged_geometry_ids(self, before: SceneGraphInspector) -> list[GeometryId]:
         """Return the geometries of which all is as ``before`` says, also frame and source."""

@@ -31,9 +31,11 @@ from scene_graph_ros.geometry.model.records import (
 )
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.state import GeometryState
+from scene_graph_ros.geometry.model.voxel_set import initial_voxels, VoxelSet
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.shapes.height_field import HeightField
 from scene_graph_ros.geometry.shapes.point_cloud import PointCloud
+from scene_graph_ros.geometry.shapes.voxel_grid import VoxelGrid
 from scene_graph_ros.geometry.spatial.pose_kernels import (
     store_poses,
     VALID,
@@ -49,7 +51,7 @@ Poses = NDArray[np.float64]
 
 _PROXIMITY = Role.PROXIMITY  # a look-up of a member takes longer
 
-SetValue: TypeAlias = Configuration | PointSet | HeightSet
+SetValue: TypeAlias = Configuration | PointSet | HeightSet | VoxelSet
 """What is set of a geometry beside poses."""
 
 NO_CONFIGURATIONS: Mapping[GeometryId, SetValue] = MappingProxyType({})
@@ -309,13 +311,33 @@ class Snapshot(NotCopied):
             return initial_heights(shape)
         return known
 
-    def element_set(self, geometry_id: GeometryId) -> PointSet | HeightSet:
-        """Return the points of a cloud, or the heights of a height field.
+    def voxel_set(self, geometry_id: GeometryId) -> VoxelSet:
+        """Return the voxels that a grid has.
+
+        Raises UnknownIdError for an unknown geometry, InvalidConfigurationError for what is no
+        VoxelGrid.
+        """
+        record = self.state.geometry(geometry_id)
+        shape = record.shape
+        if not isinstance(shape, VoxelGrid):
+            raise InvalidConfigurationError(
+                f"geometry {record.name!r} ({geometry_id!r}) is a {shape.type_name}, which has no"
+                " voxels"
+            )
+        known = self._configurations.get(geometry_id)
+        if not isinstance(known, VoxelSet) or known.shape is not shape:
+            return initial_voxels(shape)
+        return known
+
+    def element_set(self, geometry_id: GeometryId) -> PointSet | HeightSet | VoxelSet:
+        """Return the points of a cloud, the heights of a height field, or the voxels of a grid.
 
         Raises UnknownIdError for an unknown geometry, InvalidConfigurationError for others.
         """
         if isinstance(self.state.geometry(geometry_id).shape, HeightField):
             return self.height_set(geometry_id)
+        if isinstance(self.state.geometry(geometry_id).shape, VoxelGrid):
+            return self.voxel_set(geometry_id)
         return self.point_set(geometry_id)
 
     def driven_mesh_configurations(self, geometry_id: GeometryId, role: Role) -> list[Poses]:

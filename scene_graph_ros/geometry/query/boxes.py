@@ -8,10 +8,13 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.broadphase.aabb import world_boxes
 from scene_graph_ros.geometry.errors import RoleError
 from scene_graph_ros.geometry.model.ids import GeometryId
+from scene_graph_ros.geometry.model.point_set import PointSet
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.query.memo import Memo
+from scene_graph_ros.geometry.shapes.element_shape import ElementShape
 from scene_graph_ros.geometry.shapes.half_space import HalfSpace
 from scene_graph_ros.geometry.shapes.point_cloud import PointCloud
+from scene_graph_ros.geometry.spatial.sums import moved, product
 
 __all__ = ["compute_aabb_in_world"]
 
@@ -33,9 +36,25 @@ def compute_aabb_in_world(memo: Memo, geometry_id: GeometryId) -> Box | None:
         return None
     if isinstance(shape, PointCloud):
         return _box_of_cloud(snapshot, geometry_id)
+    if isinstance(shape, ElementShape):
+        return _box_of_grid(snapshot, geometry_id)
     lower, upper = memo.get("boxes in the world", _boxes)
     row = int(np.searchsorted(snapshot.proximity.ids, int(geometry_id)))
     return lower[row].copy(), upper[row].copy()
+
+
+def _box_of_grid(snapshot: Snapshot, geometry_id: GeometryId) -> Box | None:
+    """Return the box around that of a height field or voxel grid, None where nothing is solid."""
+    now = snapshot.element_set(geometry_id)
+    assert not isinstance(now, PointSet)
+    placed = now.placed
+    if not placed.num_elements:
+        return None
+    lower, upper = placed.bounds()
+    X_WG = snapshot.pose_in_world(geometry_id)
+    center = moved(0.5 * (lower + upper)[np.newaxis], X_WG)[0]
+    half = product(np.abs(X_WG[:3, :3]), 0.5 * (upper - lower))
+    return center - half, center + half
 
 
 def _boxes(snapshot: Snapshot) -> Box:

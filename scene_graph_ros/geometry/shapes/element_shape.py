@@ -16,6 +16,8 @@ class ElementKind(enum.IntEnum):
     """Balls around points."""
     HEIGHT_FIELD = 101
     """Prisms below the triangles of a grid of heights."""
+    VOXEL_GRID = 102
+    """Boxes of a grid."""
 
 
 class ElementShape(Shape):

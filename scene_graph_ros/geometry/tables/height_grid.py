@@ -59,6 +59,11 @@ class PlacedHeights(NamedTuple):
     places: Any
     """What ``borrowed_heights`` takes; right as long as the grid lives."""
 
+    @property
+    def num_elements(self) -> int:
+        """How many prisms there are."""
+        return 2 * int(self.grid.counts[0].prod())
+
     def heights(self) -> FloatArray:
         """Return the heights ``(rows, cols)``, in m: a view of them."""
         rows, cols = self.grid.counts[0] + 1

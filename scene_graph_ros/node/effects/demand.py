@@ -80,8 +80,12 @@ def count_deformable(inspector: Any) -> int:
 
 
 def count_clouds(inspector: Any) -> int:
-    """Count the clouds and height fields with the proximity role."""
+    """Count the clouds, height fields and voxel grids with the proximity role."""
     return len(
-        {*inspector.get_all_cloud_ids(), *inspector.get_all_height_field_ids()}
+        {
+            *inspector.get_all_cloud_ids(),
+            *inspector.get_all_height_field_ids(),
+            *inspector.get_all_voxel_grid_ids(),
+        }
         & {*inspector.get_all_geometry_ids(Role.PROXIMITY)}
     )

@@ -170,7 +170,7 @@ class RoleMarkers:
             from scene_graph_ros.node.effects.cloud_markers import RoleClouds
 
             self._clouds = RoleClouds(self.ROLE, self._frame_id, self._cannot_show)
-        if self._fields is None and ElementKind.HEIGHT_FIELD in kinds:
+        if self._fields is None and kinds & {ElementKind.HEIGHT_FIELD, ElementKind.VOXEL_GRID}:
             from scene_graph_ros.node.effects.field_markers import RoleFields
 
             self._fields = RoleFields(self.ROLE, self._frame_id, self._cannot_show)

@@ -23,10 +23,12 @@ from msg_adapters.regions import (
 )
 from msg_adapters.scene import geometry_set_from_msg
 from scene_graph_ros.convex.iris.field_obstacles import count_sets
+from scene_graph_ros.convex.iris.voxel_obstacles import count_voxel_sets
 from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.model.names import canonical_name
 from scene_graph_ros.geometry.model.point_set import PointSet
 from scene_graph_ros.geometry.model.roles import Role
+from scene_graph_ros.geometry.model.voxel_set import VoxelSet
 from scene_graph_ros.geometry.optimization import (
     ConvexSetError,
     HPolyhedron,
@@ -176,7 +178,14 @@ def _count(scope: QueryScope) -> int:
     """Return the largest number of obstacles."""
     snapshot = scope.snapshot.query.snapshot
     now = [snapshot.element_set(each) for each in snapshot.state.element_ids(Role.PROXIMITY)]
-    counts = [each.count if isinstance(each, PointSet) else count_sets(each.shape) for each in now]
+    counts = [
+        each.count
+        if isinstance(each, PointSet)
+        else count_voxel_sets(each)
+        if isinstance(each, VoxelSet)
+        else count_sets(each.shape)
+        for each in now
+    ]
     return len(snapshot.proximity.ids) + sum(counts)
 
 

@@ -40,7 +40,7 @@ class CheckedShapes(NamedTuple):
     clouds: tuple[Any, ...] = ()
     """PlacedPoints of the table's last rows but the fields'."""
     fields: tuple[Any, ...] = ()
-    """PlacedHeights of the table's last rows."""
+    """PlacedHeights, then PlacedVoxels, of the table's last rows."""
 
     @property
     def has_elements(self) -> bool:
@@ -75,7 +75,7 @@ class CheckedShapes(NamedTuple):
     def possible_pairs(self, snapshot: Snapshot) -> NDArray[np.int64]:
         """Return the rows ``(p, 2)`` of all pairs that the scene's filters leave.
 
-        Raises UnsupportedPairError for two height fields.
+        Raises UnsupportedPairError for two height fields or voxel grids.
         """
         pairs = candidate_rows(snapshot, np.inf)
         if not self.has_elements:
@@ -123,15 +123,20 @@ class CheckedShapes(NamedTuple):
         from scene_graph_ros.geometry.tables.height_grid import grid_heights_again
         from scene_graph_ros.geometry.tables.point_tree import held_again
         from scene_graph_ros.geometry.tables.prism_slots import SLOTS
+        from scene_graph_ros.geometry.tables.voxel_bits import PlacedVoxels, voxels_again
 
         clouds, fields = (
             tuple(map(held_again, self.clouds)),
-            tuple(map(grid_heights_again, self.fields)),
+            tuple(
+                voxels_again(each) if isinstance(each, PlacedVoxels) else grid_heights_again(each)
+                for each in self.fields
+            ),
         )
         first = self.first_element
         columns = ("kind", "size", "hull", "surface", "exact", "lower", "upper", "scale")
         own = self.table._replace(**{name: getattr(self.table, name)[:first] for name in columns})
-        rows = OwnRows(own, SLOTS if fields else 0)
+        grids = sum(isinstance(each, PlacedVoxels) for each in fields)
+        rows = OwnRows(own, SLOTS if len(fields) > grids else 0, grids)
         held = hold_elements(rows, clouds, fields, field_address() if fields else 0).held
         return self._replace(
             held=held, measure=measure_address(has_clouds=True), clouds=clouds, fields=fields

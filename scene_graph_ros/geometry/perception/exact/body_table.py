@@ -21,10 +21,12 @@ from scene_graph_ros.geometry.model.perception_properties import (
     Appearance,
     read_perception_properties,
 )
+from scene_graph_ros.geometry.model.point_set import PointSet
 from scene_graph_ros.geometry.model.records import GeometryRecord
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.model.state import GeometryState
+from scene_graph_ros.geometry.model.voxel_set import VoxelSet
 from scene_graph_ros.geometry.perception.exact.bodies import Bodies, MAX_TRIANGLES
 from scene_graph_ros.geometry.perception.exact.cover import Cover
 from scene_graph_ros.geometry.perception.exact.cover_table import cover_of
@@ -35,11 +37,11 @@ from scene_graph_ros.geometry.shapes.field_surface import (
     field_triangles,
     field_vertices,
 )
-from scene_graph_ros.geometry.shapes.height_field import HeightField
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 from scene_graph_ros.geometry.shapes.point_cloud import PointCloud
 from scene_graph_ros.geometry.shapes.shape import PrimitiveShape
+from scene_graph_ros.geometry.shapes.voxel_surface import voxel_triangles
 from scene_graph_ros.geometry.spatial.sums import length
 
 __all__ = ["BodyTable", "body_table", "place_bodies"]
@@ -66,7 +68,7 @@ class BodyTable(NamedTuple):
     posed: NDArray[np.int64]
     """(r,) rows of the same among all rigid geometries with the perception role."""
     deformable: dict[int, GeometryId]
-    """The bodies whose triangles change, by row: deformable ones and height fields."""
+    """The bodies whose triangles change, by row: deformable ones, height fields, voxel grids."""
     clouds: dict[int, GeometryId]
     """Clouds by row."""
 
@@ -201,16 +203,20 @@ def _visible_mesh(shape: MeshShape, name: str) -> VisibleMesh:
     return _meshes.get(source_identity(shape), build)
 
 
-_fields: weakref.WeakKeyDictionary[HeightSet, VisibleMesh] = weakref.WeakKeyDictionary()
+_fields: weakref.WeakKeyDictionary[HeightSet | VoxelSet, VisibleMesh] = weakref.WeakKeyDictionary()
 
 
-def _visible_field(now: HeightSet, name: str) -> VisibleMesh:
-    """Return the triangles around a height field in G, made once for heights that were set."""
+def _visible_field(now: HeightSet | VoxelSet, name: str) -> VisibleMesh:
+    """Return the triangles around a height field or voxels in G, made once for each set."""
     known = _fields.get(now)
     if known is None:
-        places = drawn_places(now.shape)
-        vertices = field_vertices(now.shape, now.heights, places)
-        known = _fields[now] = _with_ball(vertices, field_triangles(places), name)
+        if isinstance(now, VoxelSet):
+            vertices, triangles = voxel_triangles(now.solid, now.shape.voxel)
+        else:
+            places = drawn_places(now.shape)
+            vertices = field_vertices(now.shape, now.heights, places)
+            triangles = field_triangles(places)
+        known = _fields[now] = _with_ball(vertices, triangles, name)
     return known
 
 
@@ -297,8 +303,10 @@ def _with_deformable(snapshot: Snapshot, table: BodyTable, X_WG: FloatArray) -> 
     first = len(bodies.vertex_start) - 1
     for k, (row, geometry_id) in enumerate(table.deformable.items()):
         record = snapshot.state.geometries[geometry_id]
-        if isinstance(record.shape, HeightField):
-            seen = _visible_field(snapshot.height_set(geometry_id), record.name)
+        if isinstance(record.shape, ElementShape):
+            now = snapshot.element_set(geometry_id)
+            assert not isinstance(now, PointSet)  # whose balls are bodies of their own
+            seen = _visible_field(now, record.name)
             meshes.append(seen)
             mesh[row], radius[row] = first + k, length(seen.center) + seen.radius
             poses[row] = snapshot.pose_in_world(geometry_id)

@@ -84,7 +84,7 @@ def pair_distance_of_elements(
     for each in (id_A, id_B):
         if each in own and clouds.table.counts[own[each]] == 0:
             name = snapshot.inspector.get_path(each)
-            raise UnsupportedPairError(f"{query}: cloud {name} has no points, so none is nearest")
+            raise UnsupportedPairError(f"{query}: {name} has no elements, so none is nearest")
     pair = sorted((id_A, id_B), key=lambda each: own.get(each, len(own)))
     rows = {each: row for row, each in enumerate(snapshot.proximity.geometry_ids)}
     is_cloud = pair[1] in own

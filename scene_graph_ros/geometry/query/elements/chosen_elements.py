@@ -1,4 +1,4 @@
-"""Balls of clouds and prisms of fields, as rows of the scene's table that may be asked about."""
+"""Balls of clouds, prisms of fields and voxels, as rows of the scene's table."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.query.elements.scene import Clouds
 from scene_graph_ros.geometry.tables.prism_slots import leave_slot, take_slot
+from scene_graph_ros.geometry.tables.voxel_bits import PlacedVoxels
 
 __all__ = ["MOST_PRISMS", "Elements", "chosen_elements"]
 
@@ -22,11 +23,11 @@ class Elements(NamedTuple):
     """Elements of clouds and fields, one for each of m pairs."""
 
     p_CP: NDArray[np.float64]
-    """(m, 3) the balls' centres and the prisms' origins, in the frames of their shapes."""
+    """(m, 3) the centres of balls and voxels, and the prisms' origins, in their shapes' frames."""
     radii: NDArray[np.float64]
     """(m,) of balls; 0 of prisms."""
     indices: NDArray[np.int64]
-    """(m,) which point each was as they were given, or which prism it is."""
+    """(m,) which point each was as they were given, or which prism or voxel it is."""
     rows: NDArray[np.int64]
     """(m,) their rows: that of the point for balls."""
 
@@ -51,8 +52,19 @@ def chosen_elements(
     if is_ball.all():
         yield elements
         return
-    with _prisms(clouds, which[~is_ball], places[~is_ball]) as (own, origins):
-        rows[~is_ball], p_CP[~is_ball] = own, origins
+    first = len(clouds.ids) - clouds.table.own.grids
+    for k in np.flatnonzero(which >= first).tolist():
+        grid = clouds.table.fields[which[k] - clouds.num_clouds]
+        assert isinstance(grid, PlacedVoxels)
+        at = np.unravel_index(int(places[k]), tuple(grid.bits.counts[0]))
+        p_CP[k] = (np.array(at) + 0.5) * grid.bits.numbers[0]
+        rows[k] = clouds.table.point - (len(clouds.ids) - which[k])
+    is_prism = ~is_ball & (which < first)
+    if not is_prism.any():
+        yield elements
+        return
+    with _prisms(clouds, which[is_prism], places[is_prism]) as (own, origins):
+        rows[is_prism], p_CP[is_prism] = own, origins
         yield elements
 
 
@@ -66,7 +78,7 @@ def _prisms(
     table, slots = clouds.table, list[int]()
     try:
         slots.extend(take_slot() for _ in range(len(which)))
-        rows = table.point - table.own.slots + np.array(slots, np.int64)
+        rows = table.point - table.own.grids - table.own.slots + np.array(slots, np.int64)
         origins = np.empty((len(which), 3))
         place_prisms(
             table.held.places,

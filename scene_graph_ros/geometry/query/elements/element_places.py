@@ -1,7 +1,8 @@
 """A scene's shape table with rows for elements, and where their trees are, as one array.
 
-Rows for prisms of height fields (``tables.prism_slots``), for a point, for clouds and for height
-fields follow those of the scene's other shapes. Kernels that take a HeldTable's ``places`` take
+Rows for prisms of height fields (``tables.prism_slots``), for a voxel of each grid, for a point,
+for clouds, for height fields and for voxel grids follow those of the scene's other shapes. Fields
+and grids are counted together, as what has cells. Kernels that take a HeldTable's ``places`` take
 these as well; those that know of elements find the trees and grids behind them.
 """
 
@@ -27,19 +28,23 @@ from scene_graph_ros.geometry.tables.prism_slots import (
     with_slots,
 )
 from scene_graph_ros.geometry.tables.table_arrays import ShapeTable
+from scene_graph_ros.geometry.tables.voxel_bits import borrowed_voxels, PlacedVoxels
 
 __all__ = [
     "ElementTable",
     "OwnRows",
+    "cell_row_of",
     "field_measure_of",
     "first_element_of",
     "first_field_of",
     "grid_of",
     "hold_elements",
+    "is_of_voxels",
     "measure_of",
     "point_row_of",
     "prism_row_of",
     "tree_of",
+    "voxels_of",
     "with_own_rows",
     "with_slot",
 ]
@@ -52,25 +57,27 @@ class OwnRows(NamedTuple):
 
     table: ShapeTable
     slots: int
-    """Rows of prisms; that of the point follows the last."""
+    """Rows of prisms; those of voxels follow the last."""
+    grids: int = 0
+    """Rows of voxels, one for each grid; that of the point follows the last."""
 
 
 class ElementTable(NamedTuple):
-    """A shape table whose last rows are prisms, a point, clouds and height fields."""
+    """A shape table whose last rows are prisms, voxels, a point, and shapes of many elements."""
 
     held: HeldTable
     """For questions about no height field: it has no slot for a prism."""
     own: OwnRows
     clouds: tuple[PlacedPoints, ...]
-    fields: tuple[PlacedHeights, ...]
+    fields: tuple[PlacedHeights | PlacedVoxels, ...]
+    """Height fields, then voxel grids."""
     point: int
     """The row of a point at its own origin; those of the clouds, then of the fields follow."""
 
     @property
     def counts(self) -> list[int]:
         """How many elements the clouds and fields have."""
-        cells = [int(field.grid.counts[0].prod()) for field in self.fields]
-        return [cloud.count for cloud in self.clouds] + [2 * each for each in cells]
+        return [cloud.count for cloud in self.clouds] + [each.num_elements for each in self.fields]
 
     def own_places(self) -> Any:
         """Return the table's places for one thread at a time; see ``with_slot``."""
@@ -88,17 +95,25 @@ class _TableWithTrees(ShapeTable):
 
     trees: tuple[Any, ...]
     grids: tuple[Any, ...]
+    voxels: int
     slots: int
     slot: int
 
 
-def with_own_rows(table: ShapeTable, *, has_fields: bool) -> OwnRows:
-    """Return a table with rows for prisms, if there are height fields, and for a point."""
+def with_own_rows(table: ShapeTable, *, has_fields: bool, edges: Sequence[float]) -> OwnRows:
+    """Return a table with rows for prisms, if there are height fields, for voxels and a point.
+
+    ``edges`` (m) are those of the voxel grids.
+    """
     slots = SLOTS if has_fields else 0
     if has_fields:
         table = with_slots(table, slots)
+    halves = 0.5 * np.array(edges).reshape(-1, 1) * np.ones(3)
+    table = _with_rows(table, -halves, halves, 2.0 * halves[:, 0], exact=False)
+    rows = slice(len(table.kind) - len(edges), None)
+    table.kind[rows], table.size[rows] = int(ShapeKind.BOX), halves
     one = _with_rows(table, np.zeros((1, 3)), np.zeros((1, 3)), np.zeros(1), exact=False)
-    return OwnRows(one, slots)
+    return OwnRows(one, slots, len(edges))
 
 
 def with_slot(held: HeldTable) -> HeldTable:
@@ -111,7 +126,8 @@ def with_slot(held: HeldTable) -> HeldTable:
         places = held.places.copy()
         places[-_SLOT] = slot
     else:
-        places = _stand_in(held.table, held.places.trees, held.places.grids, held.places.slots)
+        known = held.places
+        places = _stand_in(held.table, known.trees, known.grids, known.slots, known.voxels)
         places.slot, places.lease = slot, _Lease()
     weakref.finalize(places if _IS_COMPILED else places.lease, leave_slot, slot)
     return HeldTable(held.table, places)
@@ -120,7 +136,7 @@ def with_slot(held: HeldTable) -> HeldTable:
 def hold_elements(
     own: OwnRows,
     clouds: Sequence[PlacedPoints],
-    fields: Sequence[PlacedHeights],
+    fields: Sequence[PlacedHeights | PlacedVoxels],
     field_measure: int,
 ) -> ElementTable:
     """Return a table of ``with_own_rows`` with rows for elements, and where all of that is.
@@ -136,41 +152,56 @@ def hold_elements(
     for k, field in enumerate(fields, len(clouds)):
         lower[k], upper[k] = field.bounds()
     # What a pair's errors are relative to is the size of the element that decides.
-    of_fields = [float((upper[k] - lower[k])[2]) for k in range(len(clouds), count)]
+    of_fields = [_scale_of(field) for field in fields]
     scale = np.array([2.0 * cloud.tree.radius[0] for cloud in clouds] + of_fields)
     whole = _with_rows(own.table, lower, upper, scale, exact=True)
     if _IS_COMPILED:
-        places = _places(whole, own.slots, clouds, fields, field_measure)
+        places = _places(whole, own, clouds, fields, field_measure)
     else:
         trees = tuple(cloud.tree for cloud in clouds)
-        places = _stand_in(whole, trees, tuple(field.grid for field in fields), own.slots)
+        grids = tuple(
+            each.bits if isinstance(each, PlacedVoxels) else each.grid for each in fields
+        )
+        places = _stand_in(whole, trees, grids, own.slots, own.grids)
     return ElementTable(HeldTable(whole, places), own, tuple(clouds), tuple(fields), point)
 
 
-def _stand_in(table: ShapeTable, trees: Any, grids: Any, slots: int) -> Any:
+def _scale_of(field: PlacedHeights | PlacedVoxels) -> float:
+    """Return the size of an element, m."""
+    if isinstance(field, PlacedVoxels):
+        return float(field.bits.numbers[0])
+    lower, upper = field.bounds()
+    return float(upper[2] - lower[2])
+
+
+def _stand_in(table: ShapeTable, trees: Any, grids: Any, slots: int, voxels: int) -> Any:
     result = _TableWithTrees(*table)
-    result.trees, result.grids, result.slots, result.slot = trees, grids, slots, -1
+    result.trees, result.grids, result.voxels = trees, grids, voxels
+    result.slots, result.slot = slots, -1
     return result
 
 
-_LAST = 8
-_SLOT = 8
+_LAST = 10
+_SLOT = 10
 """Numbers at the end, and which of these, from there, is the slot. Before it are the trees and the
-grids; after it how many slots there are, how many words each grid and each tree takes, how many
-fields and clouds there are, and the addresses that measure fields and pairs."""
+grids; after it how many slots there are, how many words each voxel grid takes, how many of them
+there are, how many words each grid of heights and each tree takes, how many fields, with the voxel
+grids, and clouds there are, and the addresses that measure fields and pairs."""
 
 
 def _places(
     table: ShapeTable,
-    slots: int,
+    own: OwnRows,
     clouds: Sequence[PlacedPoints],
-    fields: Sequence[PlacedHeights],
+    fields: Sequence[PlacedHeights | PlacedVoxels],
     field_measure: int,
 ) -> Any:
     last = [
         -1,
-        slots,
-        len(fields[0].places) if fields else 0,
+        own.slots,
+        len(fields[-1].places) if own.grids else 0,
+        own.grids,
+        len(fields[0].places) if len(fields) > own.grids else 0,
         len(clouds[0].places) if clouds else 0,
         len(fields),
         len(clouds),
@@ -217,7 +248,8 @@ if _IS_COMPILED:
     def tree_of(places, cloud):
         """Return the tree of a cloud, counted from 0."""
         end = len(places)
-        behind = _LAST + places[end - 6] * places[end - 4]
+        heights = places[end - 4] - places[end - 7]
+        behind = _LAST + places[end - 7] * places[end - 8] + heights * places[end - 6]
         return borrowed_points(
             places[end - behind - (places[end - 3] - cloud) * places[end - 5] :]
         )
@@ -226,15 +258,33 @@ if _IS_COMPILED:
     def grid_of(places, field):
         """Return the heights of a field, counted from 0."""
         end = len(places)
-        return borrowed_heights(
-            places[end - _LAST - (places[end - 4] - field) * places[end - 6] :]
-        )
+        behind = _LAST + places[end - 7] * places[end - 8]
+        count = places[end - 4] - places[end - 7]
+        return borrowed_heights(places[end - behind - (count - field) * places[end - 6] :])
+
+    @inlined_kernel
+    def is_of_voxels(places, field):
+        """Return True for a field that is a grid of voxels."""
+        end = len(places)
+        return field >= places[end - 4] - places[end - 7]
+
+    @inlined_kernel
+    def voxels_of(places, field):
+        """Return the bits of a field of voxels, counted from 0 among all fields."""
+        end = len(places)
+        return borrowed_voxels(places[end - _LAST - (places[end - 4] - field) * places[end - 8] :])
+
+    @inlined_kernel
+    def cell_row_of(places, field):
+        """Return the row of a voxel of a field."""
+        return first_element_of(places) - 1 - (places[len(places) - 4] - field)
 
     @inlined_kernel
     def prism_row_of(places):
         """Return the row that is this thread's for a prism."""
         end = len(places)
-        return first_element_of(places) - 1 - places[end - 7] + places[end - _SLOT]
+        behind = 1 + places[end - 7] + places[end - 9]
+        return first_element_of(places) - behind + places[end - _SLOT]
 
     @inlined_kernel
     def measure_of(places):
@@ -264,9 +314,21 @@ else:
         """Return the heights of a field, counted from 0."""
         return places.grids[field]
 
+    def is_of_voxels(places, field):
+        """Return True for a field that is a grid of voxels."""
+        return field >= len(places.grids) - places.voxels
+
+    def voxels_of(places, field):
+        """Return the bits of a field of voxels, counted from 0 among all fields."""
+        return places.grids[field]
+
+    def cell_row_of(places, field):
+        """Return the row of a voxel of a field."""
+        return first_element_of(places) - 1 - (len(places.grids) - field)
+
     def prism_row_of(places):
         """Return the row that is this thread's for a prism."""
-        return first_element_of(places) - 1 - places.slots + places.slot
+        return first_element_of(places) - 1 - places.voxels - places.slots + places.slot
 
     def measure_of(places):
         """Return nothing: the function itself is called."""

@@ -1,11 +1,9 @@
 """The prism of a height field that is nearest to a shape, or deepest in it.
 
 Branch and bound in the pyramid of the heights, in the nodes below the shape's box only. Of a block
-of 8 x 8 cells the one with the least bound is looked at first. PAIR_DISTANCE tells the distance of
-a prism, as of a convex hull, and along which direction: what the shape is in front of, along that,
-is no nearer (compare Gilbert and Foo, *Computing the Distance Between General Convex Objects*,
-1990, on separating directions of the pair before). So of a hundred cells below a body that
-stands on them a few are measured.
+of 8 x 8 cells the one with the least bound is looked at first. Each prism that is measured tells a
+direction (``element_search``), so that of a hundred cells below a body that stands on them a few
+are measured.
 """
 
 import math
@@ -23,15 +21,19 @@ from scene_graph_ros.geometry.compiled.lanes import (
     store_lanes,
 )
 from scene_graph_ros.geometry.compiled.stack_arrays import stack_array
-from scene_graph_ros.geometry.narrowphase.cores.questions import support
-from scene_graph_ros.geometry.narrowphase.pair import Vector
-from scene_graph_ros.geometry.query.distance.dispatch import core_of
-from scene_graph_ros.geometry.query.distance.pair_entry import PAIR_DISTANCE
 from scene_graph_ros.geometry.query.elements.covers import cover_of
 from scene_graph_ros.geometry.query.elements.element_places import (
     grid_of,
-    measure_of,
     prism_row_of,
+)
+from scene_graph_ros.geometry.query.elements.element_search import (
+    CELLS,
+    least_cell,
+    measured,
+    nothing_yet,
+    plane_of,
+    PLANES,
+    put,
 )
 from scene_graph_ros.geometry.query.elements.field_bounds import (
     below_plane,
@@ -39,15 +41,8 @@ from scene_graph_ros.geometry.query.elements.field_bounds import (
     clipped,
     nodes_of_row,
 )
-from scene_graph_ros.geometry.query.elements.nearest import just_above, NONE
-from scene_graph_ros.geometry.spatial.vectors import (
-    add,
-    column,
-    dot,
-    rotate,
-    rotate_inverse,
-    subtract,
-)
+from scene_graph_ros.geometry.query.elements.nearest import NONE
+from scene_graph_ros.geometry.spatial.vectors import column
 from scene_graph_ros.geometry.tables.height_grid import (
     FLOOR,
     HeightGrid,
@@ -63,35 +58,24 @@ __all__ = ["nearest_prism"]
 
 _STACK = 512
 """Nodes that wait: 63 for each level but the cells', and one; there are at most eight levels."""
-_CELLS = LANES * LANES
-_PLANES = 4
-"""Directions that are kept: the last ones."""
-_SLACK = 4e-14
-"""Of the lengths of a pair: nearer than this by rounding alone is not nearer."""
-_UNIT = 1e-9
-"""How far the square of a unit vector may be from one."""
-
-_IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 _NUMBERS = (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0)
 
 _nodes = stack_array((_STACK, 3), np.int64)
 _gaps = stack_array((_STACK,))
-_cells = stack_array((_CELLS,))
-_planes = stack_array((_PLANES, 4))
+_cells = stack_array((CELLS,))
+_planes = stack_array((PLANES, 4))
 _low = stack_array((LANES,))
 _kept = stack_array((2,), np.int64)
-_pair_distance = PAIR_DISTANCE.call
 
 
 @inlined_kernel
-def _lengths(grid, cover, best):
-    """Return a length that a pair's rounding errors are relative to."""
+def _lengths(grid, cover):
+    """Return a length that a pair's rounding errors are relative to, beside its distance."""
     c, half = cover[3], cover[6]
     body = abs(c[0]) + abs(c[1]) + abs(c[2]) + half[0] + half[1] + half[2]
     cell = grid.numbers[SIZE_X] / grid.counts[0, 1] + grid.numbers[SIZE_Y] / grid.counts[0, 0]
     top = grid.tops[grid.starts[len(grid.starts) - 1] - 1]
-    reach = abs(best) if best < math.inf else 0.0
-    return body + cell + (top - grid.numbers[FLOOR]) + reach
+    return body + cell + (top - grid.numbers[FLOOR])
 
 
 @inlined_kernel
@@ -179,16 +163,6 @@ def _bound_again(grid, i, j, near, p, plane, cells):
 
 
 @inlined_kernel
-def _least_cell(cells):
-    """Return the place of the least of all bounds."""
-    best, least = 0, cells[0]
-    for k in range(1, _CELLS):
-        if cells[k] < least:
-            best, least = k, cells[k]
-    return best
-
-
-@inlined_kernel
 def _is_behind(grid, element, p, planes, count, worth):
     """Return True for a prism that some direction proves to be no nearer than ``worth``."""
     cell, cols = element // 2, grid.counts[0, 1]
@@ -213,18 +187,6 @@ def _is_behind(grid, element, p, planes, count, worth):
     return False
 
 
-@inlined_kernel
-def _plane_of(table, j, R_FB, nhat):
-    """Return (is one, (x, y, z, h)): the shape of row j is where m . x >= h, m being -nhat."""
-    square = dot(nhat, nhat)
-    if not abs(square - 1.0) <= _UNIT:
-        return False, (0.0, 0.0, 1.0, -math.inf)
-    core = core_of(table, j)
-    x, _ = support(core, table.hulls.blocks, rotate_inverse(R_FB, nhat))
-    h = -dot(nhat, rotate(R_FB, x)) - core[2]
-    return True, (-nhat[0], -nhat[1], -nhat[2], h)
-
-
 class _Search(NamedTuple):
     """What a search reads, and where it writes the directions and the bounds of a block."""
 
@@ -241,47 +203,27 @@ class _Search(NamedTuple):
     cells: np.ndarray
 
 
-class _Found(NamedTuple):
-    """The nearest prism so far."""
-
-    phi: float
-    p_Fa: Vector
-    p_Fb: Vector
-    nhat: Vector
-    gap: float
-    element: int
-    worth: float
-    """What is not nearer than this is not looked at."""
-
-
 @inlined_kernel
 def _keep_plane(search, nhat, block, near):
     """Keep a direction, and bound the cells of a block by it, in some rows."""
     table, (R_FB, p_FB) = borrowed_table(search.places), search.X_FB
-    is_plane, plane = _plane_of(table, search.j, R_FB, nhat)
+    is_plane, plane = plane_of(table, search.j, R_FB, nhat)
     if not is_plane:
         return
-    at = search.kept[1]
-    for k in range(4):
-        search.planes[at, k] = plane[k]
-    search.kept[0], search.kept[1] = min(search.kept[0] + 1, _PLANES), (at + 1) % _PLANES
+    put(search.planes, search.kept, plane)
     _bound_again(search.grid, block[0], block[1], near, p_FB, plane, search.cells)
 
 
 @inlined_kernel
 def _measure(search, found, prism, tolerance):
     """Return (the nearest prism so far, the direction out of the shape) after a look at one."""
-    table, grid, (R_FB, p_FB) = borrowed_table(search.places), search.grid, search.X_FB
-    write_prism(table, search.row, grid, prism)
-    p_FA, zero = prism_origin(grid, prism), (0.0, 0.0, 0.0)
-    X_FA, X_AB = (_IDENTITY, zero), (R_FB, subtract(p_FB, p_FA))
-    limit = max(found.phi, 0.0)
-    arguments = search.places, search.row, search.j, X_FA, X_AB, limit, tolerance
-    phi, a, b, nhat, gap = _pair_distance(measure_of(search.places), arguments)
-    if phi < found.phi and gap < math.inf:
-        worth = phi - _SLACK * _lengths(grid, search.cover, phi)
-        found = _Found(phi, add(a, p_FA), add(b, p_FA), nhat, gap, prism, worth)
-    return found, nhat
+    grid = search.grid
+    write_prism(borrowed_table(search.places), search.row, grid, prism)
+    length = _lengths(grid, search.cover)
+    return measured(
+        search.places, search.row, search.j, search.X_FB, prism_origin(grid, prism), found, prism,
+        length, tolerance,
+    )  # fmt: skip
 
 
 @inlined_kernel
@@ -291,8 +233,8 @@ def _search_cells(search, found, block, tolerance):
     i, k = block
     planes, count = search.planes, search.kept[0]
     near = _bound_cells(grid, i, k, cover, planes, count, found.worth, cells)
-    for _ in range(_CELLS):
-        at = _least_cell(cells)
+    for _ in range(CELLS):
+        at = least_cell(cells)
         if not cells[at] < found.worth:
             break
         cells[at] = math.inf
@@ -320,8 +262,7 @@ def nearest_prism(places, field, j, R_FB, p_FB, max_distance, tolerance):
     nodes, gaps, planes, low, kept = _nodes(), _gaps(), _planes(), _low(), _kept()
     row, X_FB, cells = prism_row_of(places), (R_FB, p_FB), _cells()
     search = _Search(places, row, j, grid, cover, X_FB, planes, kept, cells)
-    best, zero, up = just_above(max_distance), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
-    found = _Found(best, zero, zero, up, math.inf, NONE, best)
+    found = nothing_yet(max_distance)
     kept[0], kept[1] = 0, 0
     if cover[8]:
         normal = column(R_FB, 2)  # all prisms are measured along it

@@ -14,6 +14,7 @@ from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.query.elements.point_kernels import find_balls
 from scene_graph_ros.geometry.query.elements.scene import Clouds, clouds_of
 from scene_graph_ros.geometry.query.results import PointDistances
+from scene_graph_ros.geometry.tables.voxel_bits import PlacedVoxels
 
 __all__ = ["point_distances_with_elements"]
 
@@ -69,9 +70,12 @@ def _finder(clouds: Clouds, k: int) -> Callable[..., None]:
     X_WC = np.ascontiguousarray(clouds.X_WC[k : k + 1])
     if k < clouds.num_clouds:
         return functools.partial(find_balls, clouds.table.clouds[k].places, X_WC)
-    from scene_graph_ros.geometry.query.elements.field_kernels import find_prisms_at_points
-
     field = k - clouds.num_clouds
+    if isinstance(clouds.table.fields[field], PlacedVoxels):
+        from scene_graph_ros.geometry.query.elements.voxel_kernels import find_voxels_at_points
+
+        return functools.partial(find_voxels_at_points, clouds.table.held.places, field, X_WC)
+    from scene_graph_ros.geometry.query.elements.field_kernels import find_prisms_at_points
 
     def find(*arguments: Any) -> None:  # in as many threads
         find_prisms_at_points(clouds.table.own_places(), field, X_WC, *arguments)

@@ -24,8 +24,12 @@ from scene_graph_ros.geometry.query.elements.element_places import (
 )
 from scene_graph_ros.geometry.shapes.height_field import HeightField
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+from scene_graph_ros.geometry.shapes.point_cloud import PointCloud
+from scene_graph_ros.geometry.shapes.voxel_grid import VoxelGrid
 from scene_graph_ros.geometry.spatial.pose_kernels import world_poses_of_children
 from scene_graph_ros.geometry.spatial.sums import product
+from scene_graph_ros.geometry.tables.height_grid import PlacedHeights
+from scene_graph_ros.geometry.tables.voxel_bits import PlacedVoxels
 
 __all__ = ["Clouds", "clouds_of", "field_address", "two_fields"]
 
@@ -33,7 +37,7 @@ FloatArray = NDArray[np.float64]
 
 
 class Clouds(NamedTuple):
-    """The k shapes of many elements with the proximity role: clouds by id, then fields by id."""
+    """The k shapes of many elements with the proximity role: clouds, fields, grids, by id."""
 
     ids: NDArray[np.int64]
     """(k,)"""
@@ -64,7 +68,8 @@ class Clouds(NamedTuple):
         for cloud in self.table.clouds:
             radius = cloud.tree.radius[0] * np.array([[-1.0], [1.0]])
             result.append(cloud.tree.bounds + radius if cloud.count else None)
-        result += [np.stack(field.bounds()) for field in self.table.fields]
+        fields = self.table.fields
+        result += [np.stack(each.bounds()) if each.num_elements else None for each in fields]
         return result
 
     @property
@@ -117,23 +122,29 @@ def clouds_of(snapshot: Snapshot) -> Clouds:
 def _find_clouds(snapshot: Snapshot) -> Clouds:
     state = snapshot.state
     rows = _element_rows(state)
-    is_field = [isinstance(state.geometries[i].shape, HeightField) for i in rows.geometry_ids]
-    first = len(is_field) - sum(is_field)
+    is_cloud = [isinstance(state.geometries[i].shape, PointCloud) for i in rows.geometry_ids]
+    first = sum(is_cloud)
     clouds = [snapshot.point_set(each).placed for each in rows.geometry_ids[:first]]
-    fields = [snapshot.height_set(each).placed for each in rows.geometry_ids[first:]]
+    fields = [_placed(snapshot, each) for each in rows.geometry_ids[first:]]
     X_WC = np.empty_like(rows.X_FG)
     world_poses_of_children(rows.all_rows, rows.frame, snapshot.X_WF, rows.X_FG, X_WC)
     table = hold_elements(_own_rows(state), clouds, fields, field_address() if fields else 0)
     return Clouds(rows.ids, rows.geometry_ids, table, rows, X_WC)
 
 
+def _placed(snapshot: Snapshot, geometry_id: GeometryId) -> PlacedHeights | PlacedVoxels:
+    if isinstance(snapshot.state.geometries[geometry_id].shape, VoxelGrid):
+        return snapshot.voxel_set(geometry_id).placed
+    return snapshot.height_set(geometry_id).placed
+
+
 def two_fields(snapshot: Snapshot, one: GeometryId, other: GeometryId) -> UnsupportedPairError:
-    """Return the error for a pair of height fields."""
+    """Return the error for a pair of height fields or voxel grids."""
     names = [snapshot.inspector.get_path(each) for each in sorted((one, other))]
     return UnsupportedPairError(
-        f"height field {names[0]} against height field {names[1]} has no answer: two fields are"
-        " not measured against each other. Exclude the pair by a collision filter, or register"
-        " one of them as a Mesh."
+        f"{names[0]} against {names[1]} has no answer: two fields, of heights or voxels, are not"
+        " measured against each other. Exclude the pair by a collision filter, or register one of"
+        " them as a Mesh."
     )
 
 
@@ -147,7 +158,7 @@ def field_address() -> int:
 @derived(Part.FRAMES, Role.PROXIMITY)
 def _element_rows(state: GeometryState) -> RoleArrays:
     records = [state.geometries[i] for i in state.element_ids(Role.PROXIMITY)]
-    records.sort(key=lambda record: isinstance(record.shape, HeightField))  # stable
+    records.sort(key=lambda record: record.shape.kind)  # stable; the kinds are in this order
     return role_arrays(records, state.layout())
 
 
@@ -155,7 +166,8 @@ def _element_rows(state: GeometryState) -> RoleArrays:
 def _own_rows(state: GeometryState) -> OwnRows:
     shapes = [state.geometries[i].shape for i in state.element_ids(Role.PROXIMITY)]
     has_fields = any(isinstance(shape, HeightField) for shape in shapes)
-    return with_own_rows(shape_table(state), has_fields=has_fields)
+    edges = [shape.voxel for shape in shapes if isinstance(shape, VoxelGrid)]
+    return with_own_rows(shape_table(state), has_fields=has_fields, edges=edges)
 
 
 @derived(Part.FRAMES, Part.FILTERS, Role.PROXIMITY)

@@ -63,8 +63,8 @@ def find_pairs(
     """
     if settings.engine is not Engine.NATIVE:
         raise EngineError(
-            f"engine {settings.engine.value!r} has no point clouds and height fields: ask with"
-            " engine='native'"
+            f"engine {settings.engine.value!r} has no point clouds, height fields and voxel grids:"
+            " ask with engine='native'"
         )
     margin = max(max_distance, 0.0)
     found: list[tuple[int, int, int, int]] = []

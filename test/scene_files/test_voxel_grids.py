@@ -1,0 +1,49 @@
+"""Voxel grids in scene files, as they are read and as they are saved."""
+
+import numpy as np
+import pytest
+
+from scene_graph_ros.geometry import GeometryInstance, SceneGraph, VoxelGrid
+from scene_graph_ros.scene_files import load_scene, save_scene, SceneFileError
+
+SCENE = """version: 1
+sources: [{name: map}]
+geometries:
+  - name: seen
+    source: map
+    shape: {type: voxel_grid, voxel: 0.1, counts: [2, 1, 3], runs: [[0, 2], [1, 3], [2, 1]]}
+"""
+SEEN = VoxelGrid([[[0, 0, 1]], [[1, 1, 2]]], 0.1)
+
+
+def loaded(path):
+    """Return the one shape of a scene file."""
+    graph = SceneGraph()
+    load_scene(path).apply(graph)
+    inspector = graph.model_inspector()
+    (geometry_id,) = inspector.get_all_geometry_ids()
+    return inspector.get_shape(geometry_id)
+
+
+def test_a_file_has_runs_of_states(tmp_path):
+    """Along z first; a wrong number of voxels is refused."""
+    path = tmp_path / "scene.yaml"
+    path.write_text(SCENE)
+    assert loaded(path) == SEEN
+    path.write_text(SCENE.replace("[1, 3]", "[1, 4]"))
+    with pytest.raises(SceneFileError, match="runs have 7 voxels, not the 6"):
+        loaded(path)
+
+
+def test_a_saved_scene_has_the_voxels_of_its_context(tmp_path):
+    """Those that were set last, and whether unknown is free."""
+    graph = SceneGraph()
+    source = graph.register_source("map")
+    shape = VoxelGrid([[[1]]], 0.25, unknown_is_free=True)
+    grid = graph.register_anchored_geometry(source, GeometryInstance(np.eye(4), shape, "seen"))
+    context = graph.create_default_context()
+    states = np.random.default_rng(0).integers(0, 3, (4, 5, 6))
+    context.set_voxels(source, {grid: states})
+    path = tmp_path / "saved.yaml"
+    save_scene(graph, path, context=context)
+    assert loaded(path) == VoxelGrid(states, 0.25, unknown_is_free=True)
