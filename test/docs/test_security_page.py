@@ -6,6 +6,7 @@ import re
 from msg_adapters.renderers import MAX_REQUESTED_SAMPLES
 from scene_graph_ros.geometry import files
 from scene_graph_ros.geometry.meshes import promises, textures
+from scene_graph_ros.geometry.shapes import voxel_runs
 from scene_graph_ros.node.runtime.parameters import defaults
 from scene_graph_ros.scene_files import yaml_document
 from scene_graph_ros.views.browser import (
@@ -26,6 +27,7 @@ CONSTANTS = {
     "MAX_VALUES": yaml_document.MAX_VALUES,
     "MAX_CORNERS": promises.MAX_CORNERS,
     "MAX_TEXELS": textures.MAX_TEXELS,
+    "MOST_IN_RUNS": voxel_runs.MOST_IN_RUNS,
 }
 
 

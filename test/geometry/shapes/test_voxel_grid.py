@@ -99,12 +99,15 @@ def test_runs_are_the_same_voxels_again():
         ((2, 2), [[0, 4]], "three whole numbers"),
         ((2, 2, -1), [[0, 4]], "three whole numbers"),
         ((2, 2, 1e9), [[0, 4]], "three whole numbers whose product"),
+        ((2**8, 2**8, 2**8 + 1), [[0, 2**24 + 2**16]], "at most 16777216"),
         ((2, 2, 1), [[0, 3]], "runs have 3 voxels, not the 4 of"),
         ((2, 2, 1), [[0, 3], [3, 1]], r"runs\[1\] must be a state"),
         ((2, 2, 1), [[0, float("nan")]], r"runs\[0\] must be a state"),
     ):
         with pytest.raises(InvalidShapeError, match=told):
             from_runs(counts, runs)
+    with pytest.raises(InvalidShapeError, match="16777217 voxels are too many for a file"):
+        to_runs(np.zeros((2**24 + 1, 1, 1), np.uint8))
 
 
 def test_a_surface_is_closed_and_holds_the_volume_of_its_voxels():
