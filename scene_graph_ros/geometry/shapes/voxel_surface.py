@@ -26,7 +26,7 @@ def voxel_triangles(solid: NDArray[np.bool_], edge: float) -> tuple[FloatArray, 
         after = np.take(padded, range(1, solid.shape[axis] + 2), axis)
         inner = tuple(slice(None) if k == axis else slice(1, -1) for k in range(3))
         for is_face, order in ((before & ~after, (0, 1, 2, 3)), (after & ~before, (0, 3, 2, 1))):
-            first = np.argwhere(is_face[inner]) @ strides
+            first = (np.argwhere(is_face[inner]) * strides).sum(axis=1)
             around = np.stack([first, first + along, first + along + across, first + across], 1)
             faces.append(around[:, order])
     quads = np.concatenate(faces)

@@ -54,7 +54,7 @@ def _words(solid: NDArray[np.bool_]) -> NDArray[np.uint64]:
     """Return the words ``(nx, ny, nz)`` of blocks; the solid ones are in full blocks."""
     nx, ny, nz = (n // SIDE for n in solid.shape)
     blocks = solid.reshape(nx, SIDE, ny, SIDE, nz, SIDE).transpose(0, 2, 4, 1, 3, 5)
-    packed = np.packbits(blocks.reshape(-1, SIDE**3), axis=1, bitorder="little")
+    packed = np.packbits(blocks.reshape(-1, SIDE * SIDE * SIDE), axis=1, bitorder="little")
     return packed.view("<u8").astype(np.uint64).reshape(nx, ny, nz)
 
 
