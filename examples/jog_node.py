@@ -8,6 +8,7 @@ the robot: joints that follow the node's velocities, and tell where they are.
 
 from __future__ import annotations
 
+import argparse
 import sys
 from typing import Any
 
@@ -82,6 +83,7 @@ def jog() -> None:
 
 def main() -> int:
     """Start the node and jog; return the exit code."""
+    argparse.ArgumentParser(description=__doc__.splitlines()[0]).parse_args()
     make_ready("planning")
     isolate()
     values = [part for k, v in PARAMETERS.items() for part in ("-p", f"{k}:={v}")]

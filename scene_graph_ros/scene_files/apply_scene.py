@@ -14,7 +14,7 @@ from scene_graph_ros.scene_files.loaded_scene import LoadedScene
 from scene_graph_ros.scene_files.property_names import property_warnings
 from scene_graph_ros.scene_files.robots_in_scene import add_robots
 from scene_graph_ros.scene_files.scene_file import SceneFile
-from scene_graph_ros.scene_files.sensor_settings import sensor_settings
+from scene_graph_ros.scene_files.sensor_specs import sensor_settings
 
 if TYPE_CHECKING:
     from scene_graph_ros.geometry import SceneGraph

@@ -25,7 +25,7 @@ def test_every_command_is_listed():
 
 
 def test_make_runs_what_the_page_says():
-    """`make bench` the first fifteen, `make accuracy` those with a star."""
+    """`make bench` the first sixteen, `make accuracy` those with a star."""
     makefile = (ROOT / "Makefile").read_text()
     run = {
         target: re.findall(
@@ -33,5 +33,5 @@ def test_make_runs_what_the_page_says():
         )
         for target in ("bench", "accuracy")
     }
-    assert run["bench"] == [name for name, _ in ROWS[:15]]
+    assert run["bench"] == [name for name, _ in ROWS[:16]]
     assert run["accuracy"] == [name for name, star in ROWS if star]

@@ -314,7 +314,7 @@ def test_schema(capsys):
     assert schema["required"] == ["version"]
     assert {"sources", "robots", "geometries"} <= set(schema["properties"])
     mapping = schema["$defs"]["GeometrySpec"]["properties"]["shape"]["discriminator"]["mapping"]
-    assert len(mapping) == 10
+    assert len(mapping) == 11
 
 
 PROPERTIES = """version: 1

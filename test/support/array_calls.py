@@ -278,6 +278,10 @@ CALLS = {
         ),
         {"q": Q1, "v": [1.0, 0], "present": [0.0, 1]},
     ),
+    "SafeVelocity.brake": (
+        lambda w, present: SafeVelocity(w.free, limits=w.limits).brake(0.5, present),
+        {"present": [0.0, 1]},
+    ),
     "plan_path": (
         lambda w, start, goal: plan_path(w.free, start, goal).configurations,
         {"start": Q1, "goal": Q2},

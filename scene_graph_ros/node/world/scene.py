@@ -351,12 +351,6 @@ class Scene:
             frames.foreign = self._owners
         self.note_poses()
 
-    def sensed_stamps(self, source: str) -> list[int]:
-        """Return the newest stamps of a source's points and heights, ns, of what it has."""
-        clouds, fields = self.clouds.get(source), self.fields.get(source)
-        of_clouds = [] if clouds is None else [clouds.stamp()]
-        return of_clouds if fields is None else [*of_clouds, fields.stamp]
-
     def set_accuracy(self, accuracy: str) -> bool:
         """Answer at this tier; tell whether that is another than before."""
         if self.scene_graph.accuracy == accuracy:

@@ -18,6 +18,7 @@ import numpy as np
 from msg_adapters.names import SceneNames
 from scene_graph_ros.geometry import SceneGraph
 from scene_graph_ros.geometry.query.query_object import QueryObject
+from scene_graph_ros.geometry.spatial.record_kernels import latest
 from scene_graph_ros.geometry.steps import between_steps, calling_between_steps
 from scene_graph_ros.node.runtime.precedence import Precedence
 from scene_graph_ros.node.world.clouds import SourceClouds
@@ -317,15 +318,7 @@ class World:
             told()
 
     def _snapshot_of(self, scene: Scene, arrival: int | None) -> WorldSnapshot:
-        stamps = {
-            name: SourceStamps.of(
-                frames,
-                scene.deformables.get(name),
-                scene.sensed_stamps(name),
-                scene.records[name],
-            )
-            for name, frames in scene.frames.items()
-        }
+        stamps = {name: _stamps_of(scene, name, frames) for name, frames in scene.frames.items()}
         return WorldSnapshot(
             query=QueryObject(scene.context.snapshot).bake(),
             names=scene.names,
@@ -354,3 +347,27 @@ def _images_of(scene: Scene) -> dict[str, SeenImage]:
         for name, state in clouds.sensors.items()
         if state.newest is not None
     }
+
+
+def _stamps_of(scene: Scene, name: str, frames: SourceFrames) -> SourceStamps:
+    """Return the stamps of a source now."""
+    stamps, is_static = frames.stamps.copy(), frames.is_static.copy()
+    motion = scene.records[name].motion
+    heard = [int(latest(stamps))]
+    if motion is not None:
+        heard.append(int(latest(motion.stamps)))
+    deformables = scene.deformables.get(name)
+    if deformables is not None:
+        heard.append(deformables.stamp())
+    clouds, fields = scene.clouds.get(name), scene.fields.get(name)
+    if clouds is not None:
+        heard.append(clouds.stamp())
+    if fields is not None:
+        heard.append(fields.stamp)
+    newest = stamp = max(heard)
+    if motion is not None and len(stamps):
+        stamp = int(np.where(is_static, STATIC, stamps).min())
+    elif len(stamps) and is_static.all() and deformables is clouds is fields is None:
+        stamp = STATIC
+    joints = {} if motion is None else motion.joint_stamps(STATIC)
+    return SourceStamps(frames.ids, stamps, is_static, newest, stamp, joints)

@@ -79,7 +79,7 @@ class Host:
 
     def parameter(self, name):
         """Return a value for each parameter that effects ask for."""
-        return {"browser": False}.get(name, 1.0)
+        return {"browser": False, "jog": ""}.get(name, 1.0)
 
     def publishers_changed(self):
         """Nothing follows them."""

@@ -93,7 +93,7 @@ class Host:
 
     def parameter(self, name):
         """Return a value for each parameter that effects ask for."""
-        values = {"min_update_rate": 1e9, "marker_rate": 1e9, "browser": False}
+        values = {"min_update_rate": 1e9, "marker_rate": 1e9, "browser": False, "jog": ""}
         return values.get(name, 1.0)
 
     def publishers_changed(self):

@@ -30,6 +30,7 @@ from scene_graph_ros.geometry.query.results import (
     SignedDistancePairs,
 )
 from scene_graph_ros.geometry.query.settings import Settings
+from scene_graph_ros.geometry.shapes.voxel_grid import VoxelGrid
 
 __all__ = [
     "candidates_with_elements",
@@ -84,7 +85,9 @@ def pair_distance_of_elements(
     for each in (id_A, id_B):
         if each in own and clouds.table.counts[own[each]] == 0:
             name = snapshot.inspector.get_path(each)
-            raise UnsupportedPairError(f"{query}: {name} has no elements, so none is nearest")
+            is_grid = isinstance(snapshot.inspector.get_shape(each), VoxelGrid)
+            elements = "solid voxels" if is_grid else "points"
+            raise UnsupportedPairError(f"{query}: {name} has no {elements}, so none is nearest")
     pair = sorted((id_A, id_B), key=lambda each: own.get(each, len(own)))
     rows = {each: row for row, each in enumerate(snapshot.proximity.geometry_ids)}
     is_cloud = pair[1] in own

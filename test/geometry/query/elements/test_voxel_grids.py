@@ -244,7 +244,7 @@ def test_a_grid_in_which_nothing_is_solid_is_near_nothing():
         assert not rows_with(query.find_collision_candidates(), ids[0])
         assert (query.compute_signed_distance_to_points([[0, 0, 0]]).id_G != int(ids[0])).all()
         assert query.compute_aabb_in_world(ids[0]) is None
-        with pytest.raises(UnsupportedPairError, match="shape_0 has no elements"):
+        with pytest.raises(UnsupportedPairError, match="shape_0 has no solid voxels"):
             query.compute_signed_distance_pair_closest_points(ids[0], ids[1])
 
 
