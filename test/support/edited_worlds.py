@@ -29,6 +29,7 @@ from scene_graph_ros.geometry import (
     Role,
     SceneGraph,
     Sphere,
+    VoxelGrid,
 )
 
 __all__ = ["TETRAHEDRON", "Renderer", "World", "answers_of", "at"]
@@ -107,6 +108,7 @@ class World:
         self.ids["ground"] = graph.register_geometry(
             other, self.frames["crate"], GeometryInstance(np.eye(4), field, "ground")
         )
+        self._add("map", "crate", at(0, 0, 0.5), VoxelGrid([[[1, 0], [2, 0]]], 0.05))
         graph.exclude_collisions_within(self.set_of("ball", "rod", "hull"))
         graph.add_renderer("first", Renderer())
         context = self.context = graph.create_default_context()
@@ -278,6 +280,8 @@ def answers_of(world: World) -> dict[str, Any]:
             found[f"points of {names[int(g)]}"] = context.points(g).tolist()
         if isinstance(inspector.get_shape(g), HeightField):
             found[f"heights of {names[int(g)]}"] = context.heights(g).tolist()
+        if isinstance(inspector.get_shape(g), VoxelGrid):
+            found[f"voxels of {names[int(g)]}"] = context.voxels(g).tolist()
     found["depth"] = _ids_by_pair(
         query.compute_point_pair_penetration(), names, ("depth", "p_WCa", "p_WCb", "nhat_BA_W")
     )

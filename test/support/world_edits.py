@@ -182,4 +182,7 @@ EDITS_OF_POSES: dict[str, Edit] = {
     "set heights": lambda w: w.context.set_heights(
         w.other, {w.ids["ground"]: [[0.2, 0.1], [0.3, 0.1]]}
     ),
+    "set voxels": lambda w: w.context.set_voxels(
+        w.other, {w.ids["map"]: [[[0, 1], [1, 1]], [[0, 0], [1, 2]]]}
+    ),
 }

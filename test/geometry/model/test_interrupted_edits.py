@@ -66,6 +66,7 @@ QUESTIONS_OF = {
             "inspector",
         ),
         *("model_version", "points", "pose_version", "resolve_set", "share", "snapshot", "state"),
+        "voxels",
     ),
     CollisionFilterManager: ("has_transient_history", "is_active"),
 }
