@@ -9,22 +9,27 @@ from scene_graph_ros.geometry.compiled.kernel import kernel
 pytestmark = pytest.mark.compiled
 
 
-@kernel
-def fill(target, source):
-    """Assign to a slice, for callers."""
-    target[1:] = source
+@pytest.fixture
+def fills(tmp_path, monkeypatch):
+    """Kernels that are compiled for this test: one that assigns to a slice, and a caller."""
+    monkeypatch.setenv("SCENE_GRAPH_ROS_KERNEL_CACHE", str(tmp_path))
+
+    @kernel
+    def fill(target, source):
+        target[1:] = source
+
+    @kernel
+    def fill_twice(target, source):
+        fill(target, source)
+        target[1:, 0] = source[0, 0]
+        target[1:] = source
+
+    return fill, fill_twice
 
 
-@kernel
-def fill_twice(target, source):
-    """Have it done, and do it."""
-    fill(target, source)
-    target[1:, 0] = source[0, 0]
-    target[1:] = source
-
-
-def test_what_fits_is_assigned():
+def test_what_fits_is_assigned(fills):
     """Also where one row stands for all, or where both are the same array."""
+    fill, fill_twice = fills
     a = np.zeros((4, 3))
     fill_twice(a, np.arange(3.0)[np.newaxis])
     assert a.tolist() == [[0.0, 0.0, 0.0], *[[0.0, 1.0, 2.0]] * 3]
@@ -33,8 +38,9 @@ def test_what_fits_is_assigned():
     assert b[1:].tolist() == np.arange(9.0).reshape(3, 3).tolist()
 
 
-def test_what_does_not_fit_raises_and_no_text_is_compiled():
+def test_what_does_not_fit_raises_and_no_text_is_compiled(fills):
     """Neither in a kernel nor, by way of it, in its callers."""
+    fill, fill_twice = fills
     with pytest.raises(ValueError, match="cannot assign slice"):
         fill_twice(np.zeros((4, 3)), np.zeros((2, 3)))
     (code,) = fill_twice.overloads.values()
