@@ -111,15 +111,17 @@ class RoomLender(Generic[Arrays]):
         if not self._least <= count <= self._most:
             return self._new(count, np.ndarray)
         with self._lock:
-            loans = self._free(count)
-            if loans is None:
-                new = self._new(count, Block)
-                loans = tuple(Loan(array) for array in new)
-                self._known = [*self._known[1 - _KEPT :], (count, loans)]
-            return tuple(loan.lend() for loan in loans)  # type: ignore[return-value]
+            used = self._free(count)
+            if used is None:
+                used = count, tuple(Loan(array) for array in self._new(count, Block))
+            # What was lent last is let go last, so that memory of another size makes room first.
+            others = [known for known in self._known if known is not used]
+            self._known = [*others[1 - _KEPT :], used]
+            return tuple(loan.lend() for loan in used[1])  # type: ignore[return-value]
 
-    def _free(self, count: int) -> tuple[Loan, ...] | None:
-        for room, loans in self._known:
+    def _free(self, count: int) -> tuple[int, tuple[Loan, ...]] | None:
+        for known in self._known:
+            room, loans = known
             if count <= room <= _WASTE * count and all(loan.is_over() for loan in loans):
-                return loans
+                return known
         return None

@@ -7,7 +7,7 @@ import threading
 import numpy as np
 import pytest
 
-from scene_graph_ros.geometry.loans import Block, Lender, Loan
+from scene_graph_ros.geometry.loans import Block, Lender, Loan, RoomLender
 
 SHAPE = (5, 4)
 
@@ -133,3 +133,21 @@ def test_threads_never_share():
     finally:
         sys.setswitchinterval(interval)
     assert not strangers
+
+
+def test_memory_of_another_size_is_let_go_first():
+    """Answers of one size alternate between two places, whatever was asked for before."""
+    made = []
+
+    def new(count, memory):
+        made.append(count)
+        return (memory(count),)
+
+    lender = RoomLender(new, 1, 1000)
+    lender.take(10)
+    lender.take(100)
+    last = None
+    for _ in range(6):
+        last = lender.take(10)
+    assert last is not None
+    assert made == [10, 100, 10]
