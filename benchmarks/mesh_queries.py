@@ -131,7 +131,7 @@ def _write(path: Path, rounds: int) -> None:
 
 
 def least_times(workers: list[Worker], rounds: int, queries: list[str]) -> list[Found]:
-    """Return what each worker took for each query, in turns; the first round warms up."""
+    """Return the times of each worker and query, in turns; the first round warms up."""
     found: list[Found] = [{} for _ in workers]
     for name in queries:
         for k in range(rounds + 1):

@@ -86,7 +86,7 @@ class ReachOfMembers:
         self._drawn = np.array([np.nan if each is None else each for each in drawn])
 
     def along(self, d: np.ndarray) -> Reach:
-        """Return how far each set reaches along d ``(n,)``."""
+        """Return the support of each set along d ``(n,)``."""
         found = self._arrays(d, np.zeros(len(self._drawn)))
         points, gaps = self._of_rows(d)
         found.points[self._rows], found.gaps[self._rows] = points, gaps

@@ -130,7 +130,7 @@ class Jog:
         self._host.publishers_changed()
 
     def failure(self) -> str:
-        """Say what failed in the last tick, "" where nothing did."""
+        """Return the error of the last tick, "" where there was none."""
         return self._failure
 
     def stale(self) -> str:

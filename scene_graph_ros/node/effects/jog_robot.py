@@ -178,7 +178,7 @@ class JogRobot:
         return _too_old(f"the positions of {scene.robot}", stamp, now, most, "jog_max_state_age")
 
     def _stale_others(self, scene: JogScene, snapshot: WorldSnapshot, now: int) -> str:
-        """Say which source around the robot is not heard any more, "" where all are."""
+        """Name a source around the robot that is not heard any more, "" where all are."""
         most = self._settings.max_pose_age
         if most == 0.0:
             return ""

@@ -98,7 +98,7 @@ class SensorChannel(BoundedChannel[SourceClouds], Generic[R]):
 
     @abstractmethod
     def _lack(self, reading: R, state: SensorState) -> tuple[Fault, str] | None:
-        """Return what has to come before a message counts. Raises RefusedError."""
+        """Return the lack for which a message does not count yet. Raises RefusedError."""
 
     @abstractmethod
     def _view(
@@ -112,7 +112,7 @@ class SensorChannel(BoundedChannel[SourceClouds], Generic[R]):
         """Return a message as it is seen from a pose."""
 
     def _said(self, reading: R) -> dict[str, int]:
-        """Return what diagnostics say of a message beside its points."""
+        """Return counts for diagnostics, beside that of the points."""
         return {}
 
     def _make_room(self) -> None:
