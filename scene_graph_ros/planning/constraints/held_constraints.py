@@ -104,9 +104,7 @@ class HeldConstraints:
     ) -> ConstraintProofs:
         """Prove that edges ``(n, m, nq)`` hold all conditions; see ``prove_constraints``."""
         n = len(edges)
-        proofs = ConstraintProofs(
-            np.full(n, HELD, np.int64), np.full(n, -1, np.int64), np.ones(n)
-        )
+        proofs = ConstraintProofs(np.full(n, HELD, np.int64), np.full(n, -1, np.int64), np.ones(n))
         if self.table is not None:
             prove_constraints(
                 self.tree.table,
@@ -167,7 +165,9 @@ class HeldConstraints:
         bounds = f"must be from {low:.10g} to {high:.10g}"
         if isinstance(each, AngleBetweenVectorsConstraint):
             return f"{self.name(c)}: the angle in {frame} {bounds} rad, and is {value:.10g}"
-        return f"{self.name(c)}: {'xyz'[i]} of its point in the box {bounds} m, and is {value:.10g}"
+        return (
+            f"{self.name(c)}: {'xyz'[i]} of its point in the box {bounds} m, and is {value:.10g}"
+        )
 
     def describe(self, edge: NDArray[np.float64], proofs: ConstraintProofs, row: int) -> str:
         """Return a sentence on an edge ``(m, nq)`` that is not proven to hold all conditions."""

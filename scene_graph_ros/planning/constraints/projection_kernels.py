@@ -38,9 +38,7 @@ def _add_angle(table, c, axis, sign, axes, row):
         count = 1 if table.elements[e] == TURN else 3
         for k in range(count):
             a = axes[e, k]
-            row[table.columns[e] + k] += sign * (
-                axis[0] * a[0] + axis[1] * a[1] + axis[2] * a[2]
-            )
+            row[table.columns[e] + k] += sign * (axis[0] * a[0] + axis[1] * a[1] + axis[2] * a[2])
 
 
 @inlined_kernel
