@@ -113,7 +113,7 @@ def place_chain(table, c, q, axes, origins):
 def state_of(table, c, Q, p):
     """Return four numbers of a condition that move along an edge.
 
-    That is the link's vector in A, the turn from the target as a quaternion, w first, or the point.
+    That is the link's vector in A, the turn from the target (a quaternion, w first), or the point.
     """
     if table.kinds[c] == BETWEEN:
         b = table.vectors[c]
@@ -127,6 +127,7 @@ def state_of(table, c, Q, p):
 
 @inlined_kernel
 def cross(a, b):
+    """Return the cross product of two vectors."""
     return (
         a[1] * b[2] - a[2] * b[1],
         a[2] * b[0] - a[0] * b[2],

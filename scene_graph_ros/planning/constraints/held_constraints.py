@@ -1,4 +1,4 @@
-"""Conditions on links for one robot: measured, proven along edges, and what they say of failures."""
+"""Conditions on the links of one robot: measured, proven along edges, and put into words."""
 
 from __future__ import annotations
 
@@ -165,9 +165,8 @@ class HeldConstraints:
         bounds = f"must be from {low:.10g} to {high:.10g}"
         if isinstance(each, AngleBetweenVectorsConstraint):
             return f"{self.name(c)}: the angle in {frame} {bounds} rad, and is {value:.10g}"
-        return (
-            f"{self.name(c)}: {'xyz'[i]} of its point in the box {bounds} m, and is {value:.10g}"
-        )
+        axis = "xyz"[i]
+        return f"{self.name(c)}: {axis} of its point in the box {bounds} m, and is {value:.10g}"
 
     def describe(self, edge: NDArray[np.float64], proofs: ConstraintProofs, row: int) -> str:
         """Return a sentence on an edge ``(m, nq)`` that is not proven to hold all conditions."""

@@ -34,8 +34,8 @@ __all__ = [
 ]
 
 LEAST_ANGLE = 1e-4
-"""rad: the least bound of an angle, and the least range of one. A straight edge leaves a tighter one
-after a few thousandths of a radian, so paths would have thousands of edges."""
+"""rad: the least bound of an angle, and the least range of one. A straight edge leaves a tighter
+one after a few thousandths of a radian, so paths would have thousands of edges."""
 
 LEAST_WIDTH = 1e-4
 """m: the least side of a box, for the same reason."""
@@ -89,7 +89,7 @@ def _name(what: str, value: object) -> str:
 
 @dataclass(frozen=True, eq=False)
 class LinkConstraint:
-    """A condition on the pose of ``link`` in a ``frame``: another link, or the world without one."""
+    """A condition on the pose of ``link`` in a ``frame``: another link, or else the world."""
 
     unit: ClassVar[str] = "rad"
 
@@ -113,9 +113,9 @@ class AngleBetweenVectorsConstraint(LinkConstraint):
 
     That is from ``angle_lower`` to ``angle_upper``, rad. ``a_A`` ``(3,)`` is of ``frame``: a link,
     or the world where it is None; ``b_L`` ``(3,)`` is of the link; their lengths do not matter.
-    A cup stays upright where a_A is up in the world and b_L is the cup's axis. Raises PlanningError
-    for a vector that is zero or not finite, for angles beyond [0, pi] or reversed, and where the
-    range is below 1e-4.
+    A cup stays upright where a_A is up in the world and b_L is the cup's axis. Raises
+    PlanningError for a vector that is zero or not finite, for angles beyond [0, pi] or reversed,
+    and where the range is below 1e-4.
     """
 
     a_A: NDArray[np.float64]
@@ -222,7 +222,7 @@ def _bound(name: str, value: ArrayLike) -> NDArray[np.float64]:
     return result
 
 
-def as_constraints(constraints: Iterable[LinkConstraint] | LinkConstraint) -> tuple[Any, ...]:
+def as_constraints(constraints: Iterable[object]) -> tuple[Any, ...]:
     """Return constraints as a tuple. Raises PlanningError for anything else, and for too many."""
     if isinstance(constraints, LinkConstraint):
         raise PlanningError("constraints must be a list of constraints, not one by itself")

@@ -88,6 +88,22 @@ def _linearized(table, inner, q, work):
 
 
 @inlined_kernel
+def _factor_row(A, i):
+    """Write a row of the Cholesky factor in place of a matrix's; tell whether there is one."""
+    for j in range(i + 1):
+        dot = A[i, j]
+        for k in range(j):
+            dot -= A[i, k] * A[j, k]
+        if i > j:
+            A[i, j] = dot / A[j, j]
+        elif dot > 0.0:
+            A[i, i] = math.sqrt(dot)
+        else:
+            return False
+    return True
+
+
+@inlined_kernel
 def _solve(J, r, rows, A, y):
     """Write y with ``(J J' + damping) y = r``; tell whether there is one. By Cholesky."""
     total = 0.0
@@ -102,16 +118,8 @@ def _solve(J, r, rows, A, y):
         return False
     for i in range(rows):
         A[i, i] += _DAMPING * total
-        for j in range(i + 1):
-            dot = A[i, j]
-            for k in range(j):
-                dot -= A[i, k] * A[j, k]
-            if i > j:
-                A[i, j] = dot / A[j, j]
-            elif dot > 0.0:
-                A[i, i] = math.sqrt(dot)
-            else:
-                return False
+        if not _factor_row(A, i):
+            return False
         y[i] = r[i]
         for k in range(i):
             y[i] -= A[i, k] * y[k]
@@ -128,10 +136,9 @@ def _step(space, q, rows, work):
     """Write the step to take; tell whether there is one."""
     J, r, A, y, step = work[0], work[1], work[4], work[5], work[6]
     moves, turns, lower, upper = space
-    for i in range(rows):
-        for k in range(len(q)):
-            if moves[k] == 0:
-                J[i, k] = 0.0
+    for k in range(len(q)):
+        if moves[k] == 0:
+            J[:rows, k] = 0.0
     for _ in range(_FREEZES):
         if not _solve(J, r, rows, A, y):
             return False
@@ -140,22 +147,25 @@ def _step(space, q, rows, work):
             step[k] = 0.0
             for i in range(rows):
                 step[k] -= J[i, k] * y[i]
-            if lower[k] <= q[k] + step[k] <= upper[k]:
-                continue
             if (step[k] < 0.0 and q[k] <= lower[k]) or (step[k] > 0.0 and q[k] >= upper[k]):
                 is_inside = False
-                for i in range(rows):
-                    J[i, k] = 0.0
+                J[:rows, k] = 0.0
         if is_inside:
             break
+    _shorten(turns, step)
+    return True
+
+
+@inlined_kernel
+def _shorten(turns, step):
+    """Shorten a step in which an angle would change by too much."""
     longest = 0.0
-    for k in range(len(q)):
+    for k in range(len(step)):
         if turns[k] != 0:
             longest = max(longest, abs(step[k]))
     if longest > _LONGEST:
-        for k in range(len(q)):
+        for k in range(len(step)):
             step[k] *= _LONGEST / longest
-    return True
 
 
 @inlined_kernel

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
-from scene_graph_ros.planning.checker.path_ends import EndTrouble, find_troubles
+from scene_graph_ros.planning.checker.path_ends import find_troubles
 from scene_graph_ros.planning.checker.position_limits import describe_excess, moved_inside
 from scene_graph_ros.planning.constraints.held_constraints import HeldConstraints
 from scene_graph_ros.planning.constraints.link_constraints import as_constraints, LinkConstraint
@@ -29,6 +29,7 @@ from scene_graph_ros.planning.paths.plan_arguments import (
     checked_tolerance,
     targets_of,
 )
+from scene_graph_ros.planning.paths.plan_ends import checked_ends, checked_moves, violation
 from scene_graph_ros.planning.paths.planned_path import Plan, PlanProgress, PlanStage
 from scene_graph_ros.planning.paths.planners import check_planner, new_search
 from scene_graph_ros.planning.paths.pose_goals import find_pose_goals, load_pose_kernels
@@ -40,7 +41,6 @@ from scene_graph_ros.planning.paths.search.path_search import (
 )
 from scene_graph_ros.planning.paths.search.position_space import (
     moving_positions,
-    normalized,
     PositionSpace,
 )
 from scene_graph_ros.planning.plan_failure import PlanFailure
@@ -195,8 +195,8 @@ def plan_path(
         if isinstance(found, Plan):
             return found
         goal, reached, spent = found
-    first, goals = _ends(checker, start, goal)
-    moves = _moving(checker, first, goals, group)
+    first, goals = checked_ends(checker, start, goal)
+    moves = checked_moves(checker, first, goals, group)
     measured, first = first, moved_inside(checker.plan.tree, first, moves, slack)
     lead = lead_out(checker, measured, first, moves, overlap)
     first = lead.configurations[-1] if len(lead.configurations) else first
@@ -260,16 +260,6 @@ def _final_rules(checker: SceneGraphCollisionChecker) -> EdgeRules:
     return EdgeRules(False, part=0.5, tolerance=checker.tolerance, asks_ends=False)
 
 
-def _ends(
-    checker: SceneGraphCollisionChecker, start: ArrayLike, goal: Any
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return start ``(nq,)`` and goals ``(m, nq)`` after checking them."""
-    first, goals = (checker.checked_configurations(each) for each in (start, goal))
-    if not len(goals):
-        raise PlanningError("goal must have at least one configuration")
-    return normalized(checker.plan.tree, first)[0], normalized(checker.plan.tree, goals)
-
-
 def _reaching(
     checker: SceneGraphCollisionChecker,
     start: ArrayLike,
@@ -301,25 +291,6 @@ def _reaching(
     return found.configurations, found.targets, progress.seconds
 
 
-def _moving(
-    checker: SceneGraphCollisionChecker,
-    start: NDArray[np.float64],
-    goals: NDArray[np.float64],
-    group: str | None,
-) -> NDArray[np.bool_]:
-    """Return ``(nq,)`` which positions may change, after checking that no others have to."""
-    tree = checker.plan.tree
-    moves = moving_positions(tree, group)
-    stays = ~moves & (goals != start)
-    if stays.any():
-        row, column = np.argwhere(stays)[0]
-        raise PlanningError(
-            f"position {tree.position_names[column]!r} is not of group {group!r} and must stay at"
-            f" {start[column]:.10g}; in goal {row} it is {goals[row, column]:.10g}"
-        )
-    return moves
-
-
 def _solve(problem: _Problem) -> Plan:
     """Return the plan; told to stop, the best one so far."""
     checker, tolerance = problem.checker, problem.search_rules.tolerance
@@ -327,7 +298,7 @@ def _solve(problem: _Problem) -> Plan:
     stop = problem.stops.proving
     found = find_troubles(checker, ends, tolerance, stop, problem.prove, problem.moves)
     trouble, *others = (
-        each or _violation(problem.held, q) for each, q in zip(found, ends, strict=True)
+        each or violation(problem.held, q) for each, q in zip(found, ends, strict=True)
     )
     if trouble is not None:
         words = f"the start {trouble.words}{problem.lead.words}"
@@ -341,13 +312,6 @@ def _solve(problem: _Problem) -> Plan:
         return _failed(problem, kind, f"the goal {faults[0].words}")
     words = "; ".join(f"goal {row} {each.words}" for row, each in enumerate(faults[:_QUOTED]))
     return _failed(problem, kind, f"none of {len(faults)} goals can be reached: {words}")
-
-
-def _violation(held: HeldConstraints, q: NDArray[np.float64]) -> EndTrouble | None:
-    """Return the condition that a configuration ``(nq,)`` violates, or None."""
-    words = held.describe_excess(q)
-    kinds = PlanFailure.START_VIOLATES_CONSTRAINT, PlanFailure.GOAL_VIOLATES_CONSTRAINT
-    return None if words is None else EndTrouble(*kinds, words)
 
 
 def _search(problem: _Problem, usable: Sequence[int]) -> Plan:

@@ -74,9 +74,9 @@ def plan_straight(
 
     ``constraints`` are as of `plan_path`: it ends before an edge that is not proven to hold them.
 
-    Raises InverseKinematicsError naming the argument, PlanningError for bad constraints, InvalidPoseError for a pose that is not
-    rigid, KinematicTreeError for an unknown link or group and for a bad start, and TrajectoryError
-    for bad limits.
+    Raises InverseKinematicsError naming the argument, PlanningError for bad constraints,
+    InvalidPoseError for a pose that is not rigid, KinematicTreeError for an unknown link or group
+    and for a bad start, and TrajectoryError for bad limits.
     """
     deviations = _positive(deviation=deviation, rotation_deviation=rotation_deviation)
     patience = math.inf if timeout is None else _positive(timeout=timeout)[0]

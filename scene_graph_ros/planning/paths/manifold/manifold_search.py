@@ -109,23 +109,23 @@ class ManifoldSearch(PathSearch):
         for row in range(len(goals)):
             met = self._connect(prover, 1, row, 0)
             if met is not None:
-                return self._joined(*met)
+                return self._path_through(*met)
         grows = 0
         while task.stop[0] == 0 and max(self.tree_sizes) < _MOST_NODES:
             grows = 0 if self.tree_sizes[0] <= self.tree_sizes[1] else 1
             (sample,) = space.samples(rng, 1)
             near = int(np.argmin(space.distances(sample, trees[grows].nodes)))
-            last = self._grow(prover, grows, near, sample, space.longest_step)[0]
+            last = self._extend(prover, grows, near, sample, space.longest_step)[0]
             if last == near:
                 continue
             other = trees[1 - grows]
             nearest = int(np.argmin(space.distances(trees[grows].nodes[last], other.nodes)))
             met = self._connect(prover, 1 - grows, nearest, last)
             if met is not None:
-                return self._joined(*met)
+                return self._path_through(*met)
         return None
 
-    def _grow(
+    def _extend(
         self, prover: EdgeProver, which: int, row: int, target: Array, farthest: float
     ) -> tuple[int, bool]:
         """Add a walk towards a target to a tree; return its last node, and whether it is there."""
@@ -140,14 +140,14 @@ class ManifoldSearch(PathSearch):
     ) -> tuple[int, int] | None:
         """Let a tree walk to a node of the other; return the nodes of start and goal that met."""
         goal = self._grown[1 - which].nodes[target].copy()
-        row, is_there = self._grow(prover, which, row, goal, np.inf)
+        row, is_there = self._extend(prover, which, row, goal, np.inf)
         at = self._grown[which].nodes[row]
         self._gap = min(self._gap, float(self._task.space.distances(at, goal[np.newaxis])[0]))
         if not is_there:
             return None
         return (row, target) if which == 0 else (target, row)
 
-    def _joined(self, from_start: int, from_goal: int) -> tuple[Array, int]:
+    def _path_through(self, from_start: int, from_goal: int) -> tuple[Array, int]:
         """Return the path through two nodes that met, with all turns counted."""
         first, second = self._grown
         here = first.nodes[first.way_to_root(from_start)[::-1]]
@@ -159,9 +159,9 @@ class ManifoldSearch(PathSearch):
     def shortened(self, path: Array) -> Array:
         """Return a path that is shorter where shortcuts were found before it was stopped.
 
-        Walks between two random nodes replace what is between them where they are shorter (Geraerts
-        and Overmars, *Creating High-quality Paths for Motion Planning*, 2007, section 3), the
-        straight one from end to end first. Then nodes are left out where edges allow it.
+        Walks between two random nodes replace the part between them where they are shorter
+        (Geraerts and Overmars, *Creating High-quality Paths for Motion Planning*, 2007, section
+        3), the one from end to end first. Then nodes are left out where edges allow it.
         """
         task, walks = self._task, self._walks
         if task.least_saving >= 1.0 or len(path) < 3:

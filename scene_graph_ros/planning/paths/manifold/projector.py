@@ -22,7 +22,7 @@ _MOST_ROOM = 0.05
 
 
 class Projector:
-    """Moves configurations to where all conditions hold, and straight edges beside them do, too."""
+    """Moves configurations to where all conditions hold, with room for straight edges."""
 
     def __init__(self, held: HeldConstraints, moves: NDArray[np.bool_]) -> None:
         """Take conditions, and a mask ``(nq,)`` of the positions that may move."""
