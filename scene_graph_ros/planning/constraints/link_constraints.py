@@ -200,7 +200,8 @@ class PositionConstraint(LinkConstraint):
         for name, values in (("p_LQ", self.p_LQ), ("X_AF", self.X_AF[:3, 3])):
             if not (np.abs(values) <= MAX_COORDINATE).all():
                 raise PlanningError(f"{name} is beyond {MAX_COORDINATE:g} m: {quoted(values)}")
-        widths = self.p_FQ_upper - self.p_FQ_lower
+        with np.errstate(invalid="ignore"):
+            widths = self.p_FQ_upper - self.p_FQ_lower
         narrow = ~(widths >= LEAST_WIDTH)
         if narrow.any():
             k = int(np.argmax(narrow))

@@ -4,7 +4,7 @@ Along an edge the vector u that a link carries has ``|u''| <= S^2 + T``: S adds 
 all joints that turn between the frame and the link, T the changes of these. A turn as a unit
 quaternion has a quarter of S^2, and half of T. A point has ``p'' = sum of v_i v_j d_ij`` over all
 pairs of joints, whose d are at most the distances from joints to the point (``edge_deviation``).
-So on a stretch of length h each is off its chord by at most ``B h^2 s (1 - s) / 2``, s from 0 to 1.
+So on a stretch of length h each is off its chord by at most ``B h^2 s (1 - s) / 2``, s in [0, 1].
 Cones around a vector or an orientation, half-spaces and boxes are convex: along the chord the
 distance outside of them is at most linear in s. A vector that stays out of a cone is beyond one of
 the cone's tangent planes. Stretches that this does not decide are halved.
