@@ -83,7 +83,10 @@ class PlainRobot:
                     self.position_names += [f"{name}.{p}" for p in parts] if parts else [name]
             else:
                 starts[name] = starts[mimic.attrib["joint"]]
-                own = float(mimic.attrib["multiplier"]), float(mimic.attrib["offset"])
+                own = tuple(
+                    float(mimic.attrib.get(name, default))
+                    for name, default in (("multiplier", "1"), ("offset", "0"))
+                )
             self.joints.append(
                 _Joint(
                     kind,

@@ -19,7 +19,7 @@ from scene_graph_ros.planning import (
 from scene_graph_ros.robots import KinematicTreeError
 
 SLACK = 2e-9
-SAMPLES = 150
+SAMPLES = 80
 
 
 def angle_between(a, b):
@@ -98,7 +98,7 @@ def test_answers_are_true_of_samples(tmp_path, seed, points):
     order = [robot.position_names.index(name) for name in tree.position_names]
     assert len(order) == robot.num_positions
     rng, counts = np.random.default_rng(seed + 100), dict.fromkeys(ConstraintStatus, 0)
-    for _ in range(40):
+    for _ in range(24):
         q = robot.random(rng)
         far = 10.0 ** rng.uniform(-3.0, 0.0)
         edge = q + far * rng.standard_normal((points, len(q)))
@@ -118,7 +118,7 @@ def test_answers_are_true_of_samples(tmp_path, seed, points):
             assert measure.constraint == 0 and each.link in measure.reason
         else:
             assert max(found) > -1e-5, each
-    assert counts[ConstraintStatus.HELD] >= 5 and counts[ConstraintStatus.VIOLATED] >= 3
+    assert counts[ConstraintStatus.HELD] >= 3 and counts[ConstraintStatus.VIOLATED] >= 2
     assert counts[ConstraintStatus.UNDECIDED] <= 2
 
 
