@@ -32,7 +32,7 @@ HELD, VIOLATED, UNDECIDED = range(3)
 DEPTH = 40
 """Halvings of an edge at most."""
 
-_LOOKS = 4096
+_LOOKS = 65536
 """Configurations of an edge that are looked at for a condition at most."""
 
 _QUARTER = 0.5 * math.pi
