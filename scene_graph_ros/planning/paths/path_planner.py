@@ -29,7 +29,12 @@ from scene_graph_ros.planning.paths.plan_arguments import (
     checked_tolerance,
     targets_of,
 )
-from scene_graph_ros.planning.paths.plan_ends import checked_ends, checked_moves, violation
+from scene_graph_ros.planning.paths.plan_ends import (
+    checked_ends,
+    checked_moves,
+    lead_violation,
+    violation,
+)
 from scene_graph_ros.planning.paths.planned_path import Plan, PlanProgress, PlanStage
 from scene_graph_ros.planning.paths.planners import check_planner, new_search
 from scene_graph_ros.planning.paths.pose_goals import find_pose_goals, load_pose_kernels
@@ -303,6 +308,10 @@ def _solve(problem: _Problem) -> Plan:
     if trouble is not None:
         words = f"the start {trouble.words}{problem.lead.words}"
         return _failed(problem, trouble.of_start, words)
+    broken = lead_violation(problem.held, problem.lead.configurations)
+    if broken is not None:
+        words = f"the way from the start back to limits {broken}"
+        return _failed(problem, PlanFailure.START_VIOLATES_CONSTRAINT, words)
     usable = [row for row, other in enumerate(others) if other is None]
     if usable:
         return _search(problem, usable)

@@ -10,11 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
 from scene_graph_ros.planning.checker.path_ends import EndTrouble
 from scene_graph_ros.planning.constraints.held_constraints import HeldConstraints
+from scene_graph_ros.planning.constraints.proof_kernels import HELD
 from scene_graph_ros.planning.errors import PlanningError
 from scene_graph_ros.planning.paths.search.position_space import moving_positions, normalized
 from scene_graph_ros.planning.plan_failure import PlanFailure
 
-__all__ = ["checked_ends", "checked_moves", "violation"]
+__all__ = ["checked_ends", "checked_moves", "lead_violation", "violation"]
 
 
 def checked_ends(
@@ -51,3 +52,11 @@ def violation(held: HeldConstraints, q: NDArray[np.float64]) -> EndTrouble | Non
     words = held.describe_excess(q)
     kinds = PlanFailure.START_VIOLATES_CONSTRAINT, PlanFailure.GOAL_VIOLATES_CONSTRAINT
     return None if words is None else EndTrouble(*kinds, words)
+
+
+def lead_violation(held: HeldConstraints, lead: NDArray[np.float64]) -> str | None:
+    """Return the condition that a way ``(k, nq)`` back to limits does not hold, or None."""
+    edges = np.stack([lead[:-1], lead[1:]], axis=1)
+    proofs = held.prove(edges)
+    broken = np.flatnonzero(proofs.answers != HELD)
+    return held.describe(edges[broken[0]], proofs, int(broken[0])) if len(broken) else None

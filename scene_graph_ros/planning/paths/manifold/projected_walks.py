@@ -95,7 +95,7 @@ class Walks:
                 if self.is_free(prover, at, end):
                     return Walk([*found, end], is_there=True)
                 step = 0.5 * far
-            if step < longest / 2.0**_HALVINGS:
+            if step <= longest / 2.0**_HALVINGS:
                 break
             near = self._step(prover, at, end, step / far, step)
             if near is None:
