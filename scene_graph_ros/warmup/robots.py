@@ -95,7 +95,7 @@ def plan() -> None:
     checker.measure_edges(q[np.newaxis])
     plan_path(checker, [0.0], [1.0])
     plan_path(checker, [0.0], PoseTarget("link", np.eye(4)))
-    box = PositionConstraint("link", [-1.0] * 3, [1.0] * 3)
+    box = PositionConstraint("link", np.full(3, -1.0), np.ones(3))
     plan_path(checker, [0.0], [1.0], constraints=[box])
     sides = np.array([[1.0], [-1.0]])
     walked(sides, np.ones(2), q, 1, np.eye(1), np.random.default_rng(0))
