@@ -183,8 +183,8 @@ def _timed(problem: TimingProblem, turns: Turns) -> TimedPath:
 def _retimed(problem: TimingProblem, turns: Turns) -> TimedPath:
     """Return the trajectory; told to stop, why there is none. Raises RetimingError."""
     found = _along(problem, RoundedPath(problem), turns)
-    if found.failure is TimingFailure.NOT_FREE:
-        # What was left out of the path as rounding may have been what kept it free.
+    if found.failure in (TimingFailure.NOT_FREE, TimingFailure.CONSTRAINT):
+        # What was left out of the path as rounding may have been what kept it free, or held.
         whole = RoundedPath(problem, leaves_out=False)
         if whole.num_points > RoundedPath(problem).num_points:
             return _along(problem, whole, turns)
