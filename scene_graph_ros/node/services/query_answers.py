@@ -43,6 +43,7 @@ class QueryAnswers:
         """Return the function that answers requests of the service ``name``."""
 
         def answer(request: Any, respond: Respond) -> None:
+            response = self._replies.empty(name)
             try:
                 scope = self._scope(request)
                 requirement = self._unmet_requirement(scope)
@@ -52,7 +53,7 @@ class QueryAnswers:
                 respond(self._refuse(name, error))
                 return
             if requirement is None:
-                respond(self._answer(name, request, scope))
+                respond(self._answer(name, request, response, scope))
             else:
                 late_answer = partial(self._answer_later, name, request)
                 self._wait(name, PendingAnswer(requirement, late_answer, respond))
@@ -83,10 +84,10 @@ class QueryAnswers:
                 raise _stale(requirement, scope.snapshot)
         except Exception as error:  # noqa: BLE001 - every request is answered
             return self._refuse(name, error)
-        return self._answer(name, request, scope)
+        return self._answer(name, request, self._replies.empty(name), scope)
 
-    def _answer(self, name: str, request: Any, scope: QueryScope) -> Any:
-        query, response = QUERIES[name], self._replies.empty(name)
+    def _answer(self, name: str, request: Any, response: Any, scope: QueryScope) -> Any:
+        query = QUERIES[name]
         try:
             self._require_kernels(query.kernel_groups(scope.snapshot))
             begin = time.perf_counter()
