@@ -39,7 +39,7 @@ from scene_graph_ros.trajectories import BezierCurve, MotionLimits
 __all__ = ["CALLS", "INFINITE", "REFUSALS_ONLY"]
 
 INFINITE = {"ub", "deviation", "jacobian", "lower", "upper", "of_x", "of_u"} | {
-    *("full_array", "selected_values"),  # limits may be
+    *("full_array", "selected_values", "p_FQ_upper"),  # limits may be
 }
 """Arguments that may be infinite, as what is beyond all floats is."""
 
@@ -247,11 +247,12 @@ CALLS = {
         },
     ),
     "measure_constraints": (
-        lambda w, edges: (
-            measure_constraints(
-                w.free, edges, [PositionConstraint("left/ball", [-9.0] * 3, [9.0] * 3)]
-            )[0].status.value
-        ),
+        lambda w, edges: [
+            each.status.value
+            for each in measure_constraints(
+                w.free, edges, [PositionConstraint("left/ball", np.full(3, -9.0), np.full(3, 9.0))]
+            )
+        ],
         {"edges": [[Q1, Q2]]},
     ),
     "plan_trajectory": (
