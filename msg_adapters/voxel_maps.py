@@ -21,6 +21,7 @@ from scene_graph_ros.sensing.octree_writing import binary_octree, full_octree
 
 __all__ = [
     "PlacedGrid",
+    "TooManyVoxelsError",
     "occupancy_grid_to_msg",
     "octomap_data",
     "voxels_from_occupancy_grid",
@@ -29,6 +30,10 @@ __all__ = [
 
 _EXTRA = {"OcTree": 0, "ColorOcTree": 3}
 """Bytes of a node behind its log-odds, by the name of the kind of tree."""
+
+
+class TooManyVoxelsError(MessageError):
+    """A map that is right, and larger than it may be."""
 
 
 class PlacedGrid(NamedTuple):
@@ -50,9 +55,9 @@ def voxels_from_occupancy_grid(
     """Return a ``nav_msgs/OccupancyGrid`` as voxels, alike in all layers along z.
 
     A cell of at least ``occupied`` per cent is occupied, of at most ``free`` free, and unknown in
-    between or at -1. The resolution is the shortest decimal that is that float of a message. Raises
-    MessageError for data of another length, for numbers that are no per cent, for a resolution
-    that is none, and for more than MOST_VOXELS.
+    between or at -1. The resolution is the shortest decimal that is that float of a message.
+    Raises MessageError for data of another length, for numbers that are no per cent, for a
+    resolution that is none, and for more than MOST_VOXELS.
     """
     rows, cols = int(msg.info.height), int(msg.info.width)
     data = np.asarray(msg.data, dtype=np.int8)
@@ -109,8 +114,8 @@ def voxels_from_octomap(
 
     ``region``, the lower and upper corner (m) of a box in the map's frame, says that voxels
     outside of it are left out. Leaves above the lowest level are as many voxels as they hold.
-    Raises MessageError for a kind of tree, a resolution or data that can't be read, and for more
-    than ``most`` voxels.
+    Raises MessageError for a kind of tree, a resolution or data that can't be read, and
+    TooManyVoxelsError for more than ``most`` voxels.
     """
     data = np.asarray(msg.data, dtype=np.int8).view(np.uint8)
     edge = float(msg.resolution)
@@ -123,7 +128,7 @@ def voxels_from_octomap(
         lower, upper = _within(*stream.extent(), edge, region)
         counts = (upper - lower).tolist()
         if math.prod(counts) > most:
-            raise MessageError(
+            raise TooManyVoxelsError(
                 f"Octomap: what is known spans {' x '.join(map(str, counts))} voxels, more than"
                 f" {most}. Give a region."
             )

@@ -40,6 +40,7 @@ class _Checker:
         self._frames()
         self._geometries()
         self._clouds()
+        self._voxel_grids()
         self._cameras()
         self._filters()
         return self.found
@@ -114,6 +115,20 @@ class _Checker:
                         " anchored: leave its frame out",
                         *("sources", index, key),
                     )
+
+    def _voxel_grids(self) -> None:
+        """Check that maps fill voxel grids that there are."""
+        for index, source in enumerate(self.spec.sources):
+            if source.voxels is None:
+                continue
+            own = [g for g in self.spec.geometries if g.source == source.name]
+            grids = [g.name for g in own if g.shape.type == "voxel_grid"]
+            name = source.voxels.geometry
+            if name is not None and name not in grids:
+                self.report(
+                    f"source {source.name!r} has no voxel_grid {name!r}{suggestion(name, grids)}",
+                    *("sources", index, "voxels", "geometry"),
+                )
 
     def _frames(self) -> None:
         places: dict[str, tuple[str | int, ...]] = {}

@@ -125,7 +125,7 @@ Levels = tuple[NDArray[np.uint8], NDArray[np.int64], NDArray[np.int64], NDArray[
 
 
 def _levels(occupancy: NDArray[np.uint8], first: NDArray[np.int64]) -> Levels | None:
-    """Return the nodes' states of all levels, where each level's begin, their counts and first keys.
+    """Return the nodes' states of all levels, where those of each begin, counts and first keys.
 
     None is returned for a grid of which nothing is known.
     """

@@ -103,10 +103,12 @@ def test_voxels_go_out_as_octomap_writes_them_and_come_back():
 
 
 def test_full_octrees_are_written_node_by_node_as_octomap_does():
-    """The same nodes and bits; each with the limit of log-odds on its side, inner ones the most."""
+    """The same nodes and bits, with the limits of log-odds; inner ones have the largest below."""
     placed = voxels_from_octomap(octomap(BINARY))
     limits = {HIT: np.float32(3.5).tobytes(), MISS: np.float32(-2.0).tobytes()}
-    expected = b"".join(limits[FULL[k : k + 4]] + FULL[k + 4 : k + 5] for k in range(0, len(FULL), 5))
+    expected = b"".join(
+        limits[FULL[k : k + 4]] + FULL[k + 4 : k + 5] for k in range(0, len(FULL), 5)
+    )
     data = octomap_data(*placed, binary=False)
     assert np.array(data, np.int8).tobytes() == expected
     rng = np.random.default_rng(8)
