@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+import math
 
 from scene_graph_ros.geometry.model.names import canonical_name, InvalidNameError
+from scene_graph_ros.geometry.shapes.voxel_runs import MOST_IN_RUNS
 from scene_graph_ros.located import SceneFileError, suggestion
 from scene_graph_ros.scene_files.schema import FrameSpec, SceneSpec
+from scene_graph_ros.scene_files.schema_shapes import VoxelGridSpec
 from scene_graph_ros.scene_files.yaml_document import YamlDocument
 
 __all__ = ["problems_of"]
@@ -117,7 +120,18 @@ class _Checker:
                     )
 
     def _voxel_grids(self) -> None:
-        """Check that maps fill voxel grids that there are."""
+        """Check that maps fill voxel grids that there are, and how many voxels these have."""
+        total = sum(
+            math.prod(g.shape.counts)
+            for g in self.spec.geometries
+            if isinstance(g.shape, VoxelGridSpec)
+        )
+        if total > MOST_IN_RUNS:
+            self.report(
+                f"its voxel grids have {total} voxels together, and those of a file may have"
+                f" {MOST_IN_RUNS}",
+                "geometries",
+            )
         for index, source in enumerate(self.spec.sources):
             if source.voxels is None:
                 continue

@@ -31,6 +31,7 @@ from scene_graph_ros.node.world.intake import SourceFrames, UNSTAMPED
 from scene_graph_ros.node.world.scene import Edit, records_of, Scene, SourceRecord
 from scene_graph_ros.node.world.scene_robots import SceneRobots
 from scene_graph_ros.node.world.source_stamps import SeenImage, SourceStamps, STATIC
+from scene_graph_ros.node.world.voxel_limits import check_voxels
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -228,7 +229,8 @@ class World:
         may take long. ``prepare`` gets the scene as it is going to be, before it counts; ``done``
         gets the result of ``change`` when it does, before poses go on.
         Returns the result of ``change`` and the snapshot that has the change in it. Raises
-        UnsupportedPairError for two half spaces that would be checked, and errors of ``check``.
+        UnsupportedPairError for two half spaces that would be checked, TooLargeError for too many
+        voxels, and errors of ``check``.
         """
         with self._editing, calling_between_steps(self._precedence.stand_back):
             before = self._scene
@@ -240,6 +242,7 @@ class World:
                 return result, self._snapshot
             between_steps()
             check_half_spaces(edit.scene_graph.model_inspector())
+            check_voxels(edit.scene_graph.model_inspector())
             between_steps()
             self._check(edit, self._snapshot)
             between_steps()

@@ -9,10 +9,11 @@ import pytest
 from rclpy.serialization import serialize_message
 from workspace_messages import message_class
 
-from msg_adapters.errors import UnavailableError
+from msg_adapters.errors import TooLargeError, UnavailableError
 from msg_adapters.voxel_maps import octomap_data
-from scene_graph_ros.geometry import VoxelGrid
+from scene_graph_ros.geometry import GeometryInstance, VoxelGrid
 from scene_graph_ros.node.effects.declarations import EFFECT_NAMES
+from scene_graph_ros.node.world import voxel_limits
 from scene_graph_ros.node.world.faults import Fault
 from scene_graph_ros.node.world.inputs import message_type
 from scene_graph_ros.node.world.intake import Intake, UNSTAMPED
@@ -241,3 +242,19 @@ def test_messages_that_are_not_installed_are_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "octomap_msgs.msg", None)
     with pytest.raises(UnavailableError, match="octomap_msgs is not installed"):
         Mapping(OCTOMAP)
+
+
+def test_grids_of_many_requests_have_a_limit_together(monkeypatch):
+    """The edit that would have too many is refused as a whole."""
+    mapping = Mapping()
+    monkeypatch.setattr(voxel_limits, "MOST_IN_SCENE", 40)
+    before = mapping.world.snapshot.scene_version
+
+    def add(edit, size):
+        grid = GeometryInstance(np.eye(4), VoxelGrid(np.zeros((size, 1, 1), int), 0.1), "more")
+        edit.scene_graph.register_anchored_geometry(edit.records["mapper"].id, grid)
+
+    with pytest.raises(TooLargeError, match="2 voxel grids would have 41 voxels together"):
+        mapping.world.edit(lambda edit: add(edit, 17))
+    assert mapping.world.snapshot.scene_version == before
+    mapping.world.edit(lambda edit: add(edit, 16))
