@@ -104,6 +104,22 @@ def test_a_checker_of_another_moment_sees_its_voxels(tmp_path):
     assert pack(cleared) is not None
 
 
+def test_a_checker_takes_unknown_for_free_or_not_as_it_is_asked(tmp_path):
+    """Of one grid, as of two with either rule; the checker itself goes on as it was."""
+    rng = np.random.default_rng(13)
+    grid, q = around(rng), configurations(rng, 100)
+    cell = Cell(tmp_path, grid)
+    query = cell.graph.query_object(cell.context)
+    for is_free in (True, False):
+        other = VoxelGrid(grid.occupancy, grid.voxel, unknown_is_free=is_free)
+        expected = Cell(tmp_path, other).checker.check_configs_collision_free(q)
+        asked = cell.checker.at(query.with_unknown_voxels(is_free=is_free).snapshot)
+        assert (asked.check_configs_collision_free(q) == expected).all()
+        free = cell.checker.check_configs_collision_free(q)
+        assert (expected | ~free).all()
+        assert (free == expected).all() == (not is_free)
+
+
 def test_a_grid_that_the_arm_carries_is_free_of_another(tmp_path):
     """Configurations and proven edges are those of its voxels as boxes; fields are the same."""
     rng = np.random.default_rng(14)

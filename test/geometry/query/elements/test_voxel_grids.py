@@ -216,6 +216,31 @@ def test_unknown_is_solid_unless_the_shape_says_that_it_is_free():
     assert distances == pytest.approx([0.25, 3.25])
 
 
+def test_a_query_says_whether_unknown_counts_as_free():
+    """Both ways, whatever the shape says; the moment itself stays, and bits are made once."""
+    states = np.zeros((6, 1, 1), np.uint8)
+    states[0], states[3] = 1, 2
+    for free in (False, True):
+        grid = VoxelGrid(states, 1.0, unknown_is_free=free)
+        query, ids, (context, source) = placed(grid, PointCloud([[4.5, 0.5, 0.5]], 0.25))
+        before = query.compute_signed_distance_pair_closest_points(*ids).distance
+        for is_free, expected in ((True, 3.25), (False, 0.25)):
+            asked = query.with_unknown_voxels(is_free=is_free)
+            pair = asked.compute_signed_distance_pair_closest_points(*ids)
+            assert pair.distance == pytest.approx(expected)
+            assert pair.element_A == (0 if is_free else 3)
+            assert states.reshape(-1)[pair.element_A] == (1 if is_free else 2)
+            again = query.with_unknown_voxels(is_free=is_free)
+            sets = [each.snapshot.voxel_set(ids[0]) for each in (asked, again)]
+            assert sets[0] is sets[1]
+            assert sets[0].with_unknown(is_free=free) is context.snapshot.voxel_set(ids[0])
+        assert query.compute_signed_distance_pair_closest_points(*ids).distance == before
+        asked = query.with_unknown_voxels(is_free=True)
+        context.set_voxels(source, {ids[0]: np.full((1, 1, 1), 2)})
+        assert asked.compute_signed_distance_pair_closest_points(*ids).distance == 3.25
+        assert context.snapshot.with_unknown_voxels(is_free=free) is context.snapshot
+
+
 def test_a_cloud_is_as_far_as_its_nearest_ball_from_the_nearest_voxel():
     """By all pairs of balls and voxels; both elements are told."""
     rng = np.random.default_rng(2)
