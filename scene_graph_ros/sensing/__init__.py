@@ -2,8 +2,7 @@
 
 `DepthView` is one image at a pose, `CloudView` one cloud; `SelfFilter` marks the pixels and points
 that show a robot or its load, and `SeenPoints` remembers earlier points until a later view sees
-through them. `voxels_after` keeps a grid of voxels in the same way, which tells free space from
-what no view has shown.
+through them. `voxels_after` keeps a grid of voxels in the same way: free, occupied, or unknown.
 """
 
 from scene_graph_ros.sensing.cloud_view import CloudView

@@ -42,7 +42,7 @@ _TOLD = {
 
 @inlined_kernel
 def _put_leaf(x, y, z, width, state, lower, states, bounds):
-    """Write a leaf's state into the voxels that there are of it, and what bounds all leaves."""
+    """Write a leaf's state into the voxels that there are of it, and the bounds of all leaves."""
     bounds[0, 0], bounds[1, 0] = min(bounds[0, 0], x), max(bounds[1, 0], x + width)
     bounds[0, 1], bounds[1, 1] = min(bounds[0, 1], y), max(bounds[1, 1], y + width)
     bounds[0, 2], bounds[1, 2] = min(bounds[0, 2], z), max(bounds[1, 2], z + width)
@@ -121,7 +121,7 @@ def _walk_full(data, odds, stride, threshold, stack, lower, states, bounds):
 
 
 class OctreeStream:
-    """The bytes of one octree; an empty stream is one in which all is unknown.
+    """The bytes of one octree; in an empty one all is unknown.
 
     A binary one has its occupied and free leaves. In a full one, whose nodes have ``extra`` bytes
     behind their log-odds, a leaf is occupied where these are at least ``threshold``, or NaN.

@@ -94,7 +94,7 @@ def _write_full(states, starts, counts, lows, stack, odds, out):
 
 
 def binary_octree(occupancy: NDArray[np.uint8], first: NDArray[np.int64]) -> NDArray[np.uint8]:
-    """Return the binary stream of states ``(nx, ny, nz)``, the first of which has a key ``(3,)``.
+    """Return the binary stream of states ``(nx, ny, nz)`` from a key ``(3,)`` on.
 
     Eight children that are alike are one leaf. Raises OctreeError for keys that an octree does not
     have.
@@ -127,7 +127,7 @@ Levels = tuple[NDArray[np.uint8], NDArray[np.int64], NDArray[np.int64], NDArray[
 def _levels(occupancy: NDArray[np.uint8], first: NDArray[np.int64]) -> Levels | None:
     """Return the nodes' states of all levels, where those of each begin, counts and first keys.
 
-    None is returned for a grid of which nothing is known.
+    None is returned for a grid without a known voxel.
     """
     last = first + occupancy.shape
     if (first < 0).any() or (last > 2 * MIDDLE).any():

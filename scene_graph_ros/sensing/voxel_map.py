@@ -29,7 +29,7 @@ class VoxelCounts(NamedTuple):
     freed: int
     """Those that it sees through, and that were not free."""
     hit: int
-    """Those in which its points are, and that were not occupied."""
+    """Those that have its points, and were not occupied."""
 
 
 def voxels_after(
@@ -42,8 +42,8 @@ def voxels_after(
     taken as the rectangle around its corners', has a depth that is larger than that of its
     farthest corner by more than ``margin``. Pixels beside the robot have none; a ray that ends at
     the robot has come through free space. A voxel becomes occupied if the point of a pixel lies in
-    it that shows no robot, within the view's region. All others stay as they are: what no image
-    shows is unknown, if it was. So no voxel is free that holds a point which the image shows.
+    it that shows no robot, within the view's region. All others stay as they are, as unknown as
+    they were. So no free voxel holds a point of the image.
     """
     depth, rules, lens = view.depth, view.rules, view.lens
     numbers = Lens(lens.fx, lens.fy, lens.cx, lens.cy)

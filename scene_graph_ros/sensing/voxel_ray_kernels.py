@@ -1,7 +1,7 @@
-"""Loops over voxels and pixels: what an image of depth sees through, and where its rays end.
+"""Loops over voxels and pixels: space that an image of depth sees through, and its rays' ends.
 
 C is the camera's optical frame, x right, y down, z ahead; a pixel's number is that of its centre.
-The least depth in a rectangle of pixels is that of a few squares which cover it, of edges that are
+The least depth in a rectangle of pixels is that of a few squares that cover it, of edges that are
 powers of two and whose least depths are known (Bender and Farach-Colton, *The LCA Problem
 Revisited*, 2000, for rows).
 """
@@ -24,14 +24,14 @@ TILE = 16
 """Pixels along an edge of a square whose largest depth is known."""
 _FREE, _OCCUPIED = int(Voxel.FREE), int(Voxel.OCCUPIED)
 _OUTWARD = 1e-9
-"""Pixels by which a projection is made wider, beyond all rounding."""
+"""A projection is made wider by so many pixels, beyond all rounding."""
 
 
 @lean_kernel
 def take_depths(depth, mask, step, near, far, least, largest):
     """Write the least depths of squares ``(LEVELS, h, w)``, and the largest ones of tiles.
 
-    Pixels without a depth, or beside the robot, have 0; what is farther than ``far`` has that.
+    Pixels without a depth, or beside the robot, have 0; those beyond ``far`` have that.
     Squares end at the image's border.
     """
     height, width = depth.shape
@@ -131,7 +131,7 @@ def _clipped(pair, count):
 
 @inlined_kernel
 def _is_seen_through(lens, X_CG, near, margin, least, low, high):
-    """Return True for a box that is wholly in view, and behind which all rays past it go on."""
+    """Return True for a box wholly in view, if all rays through it go on behind it."""
     nearest, farthest = _depths(X_CG, low, high)
     if not nearest >= near:
         return False
@@ -145,7 +145,7 @@ def _is_seen_through(lens, X_CG, near, margin, least, low, high):
 
 @inlined_kernel
 def _is_hidden(lens, X_CG, near, largest, size, low, high):
-    """Return True for a box of which no part can be seen through: out of view, or behind all."""
+    """Return True for a box without a part that is seen through: out of view, or behind all."""
     nearest, farthest = _depths(X_CG, low, high)
     if farthest < near:
         return True
@@ -192,10 +192,10 @@ def mark_seen_through(least, largest, lens, X_CG, voxel, near, margin, states):
 
 @lean_kernel
 def mark_hits(depth, mask, step, lens, ranges, X_WC, X_GW, region, voxel, states):
-    """Mark voxels as occupied in which a pixel's point is; return how many were not.
+    """Mark voxels that have a pixel's point as occupied; return how many were not.
 
-    ``ranges`` are the depths ``(near, far)`` between which the camera sees; ``region`` ``(2, 3)``
-    are the corners of a box of W outside of which there is no point.
+    ``ranges`` are the least and the largest depth that the camera sees; ``region`` ``(2, 3)``
+    are the corners of a box of W: outside of it there is no point.
     """
     height, width = depth.shape
     nx, ny, nz = states.shape

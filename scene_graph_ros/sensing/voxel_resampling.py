@@ -1,7 +1,7 @@
 """The states of a map in the voxels of a grid that is elsewhere, turned, or of another edge.
 
 A voxel is occupied where a cell of the map that it meets is, free where all of them are, and else
-unknown, as is all outside of the map. So no voxel is free of which a part is not.
+unknown, as is all outside of the map. So all parts of a free voxel are free.
 """
 
 from __future__ import annotations
