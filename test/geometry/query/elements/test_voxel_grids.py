@@ -1,5 +1,7 @@
 """Queries about voxel grids: the answers of the voxel that decides, found by looking at all."""
 
+import pickle
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -302,3 +304,25 @@ def test_a_large_grid_takes_little_memory():
     assert placed_voxels.bits.words.nbytes <= states.size / 8 * (1 + 1 / 60)
     pair = query.compute_signed_distance_pair_closest_points(*ids)
     assert pair.distance == pytest.approx(np.linalg.norm([1.0, 0.5, 0.07]) - 0.05, abs=EXACT)
+
+
+def test_what_if_and_clones_have_the_voxels():
+    """Of the moment that is asked about, moved by its poses; pickled answers say the same."""
+    query, ids, (context, source) = placed(VoxelGrid([[[1]]], 0.5), Sphere(0.25))
+    context.set_voxels(source, {ids[0]: [[[0]], [[0]], [[2]]]})
+    frame = query.inspector().get_frame_id(ids[1])
+    X = np.tile(np.eye(4), (2, 1, 1))
+    X[:, :3, 3] = [[2.0, 0.25, 0.25], [1.25, 0.25, 1.0]]
+
+    def distance(asked):
+        return asked.compute_signed_distance_pair_closest_points(*ids)
+
+    records = query.ask_what_if([{frame: each} for each in X], distance)
+    assert [record.distance for record in records] == pytest.approx([0.25, 0.25], abs=EXACT)
+    assert [record.element_A for record in records] == [2, 2]
+    free = query.with_unknown_voxels(is_free=True)
+    assert free.ask_what_if([{frame: X[0]}], lambda each: each.has_collisions()) == [False]
+    assert len(pickle.loads(pickle.dumps(query.find_collision_candidates()))) == 0
+    clone = context.clone()
+    context.set_voxels(source, {ids[0]: [[[1]]]})
+    assert clone.voxels(ids[0]).reshape(-1).tolist() == [0, 0, 2]
