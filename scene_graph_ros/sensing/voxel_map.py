@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.one_line import one_line
-from scene_graph_ros.geometry.spatial.poses import compose, inverse
+from scene_graph_ros.geometry.shapes.voxel_grid import VoxelGrid
+from scene_graph_ros.geometry.spatial.poses import as_pose, compose, inverse
 from scene_graph_ros.sensing.depth_kernels import Lens
 from scene_graph_ros.sensing.depth_view import DepthView
 from scene_graph_ros.sensing.voxel_ray_kernels import (
@@ -33,7 +34,7 @@ class VoxelCounts(NamedTuple):
 
 
 def voxels_after(
-    occupancy: NDArray[np.uint8], voxel: float, X_WG: NDArray[np.float64], view: DepthView
+    occupancy: ArrayLike, voxel: float, X_WG: ArrayLike, view: DepthView
 ) -> tuple[NDArray[np.uint8], VoxelCounts]:
     """Return the states ``(nx, ny, nz)`` of a grid at ``X_WG`` after an image, and its changes.
 
@@ -44,7 +45,11 @@ def voxels_after(
     the robot has come through free space. A voxel becomes occupied if the point of a pixel lies in
     it that shows no robot, within the view's region. All others stay as they are, as unknown as
     they were. So no free voxel holds a point of the image.
+
+    Raises InvalidShapeError for an edge or states that a VoxelGrid refuses, and InvalidPoseError.
     """
+    grid, X_WG = VoxelGrid(occupancy, voxel), as_pose(X_WG, "X_WG")
+    voxel = grid.voxel
     depth, rules, lens = view.depth, view.rules, view.lens
     numbers = Lens(lens.fx, lens.fy, lens.cx, lens.cy)
     height, width = depth.shape
@@ -52,7 +57,7 @@ def voxels_after(
     largest = np.empty((-(-height // TILE), -(-width // TILE)), np.float32)
     near, far = float(rules.near), min(float(rules.far), float(np.finfo(np.float32).max))
     take_depths(depth, view.mask, rules.step, near, far, least, largest)
-    states = np.array(occupancy, np.uint8, order="C")
+    states = grid.occupancy.copy()
     X_CG = np.ascontiguousarray(compose(inverse(view.X_WC), X_WG))
     freed = mark_seen_through(
         least, largest, numbers, X_CG, voxel, near, float(rules.margin), states

@@ -165,3 +165,37 @@ def test_images_and_grids_of_nothing_change_nothing():
     after, _ = voxels_after(np.full((1, 1, 200), UNKNOWN), 0.1, X_WG, view)
     # Rays beyond the range are free up to it, 10 m, but for the margin.
     assert (after[0, 0] == FREE).sum() == 89
+
+
+@pytest.mark.parametrize(
+    ("states", "voxel", "X_WG", "told"),
+    [
+        (np.zeros((2, 2)), 0.1, np.eye(4), "must be"),
+        (np.full((2, 2, 2), 3), 0.1, np.eye(4), r"occupancy\[0, 0, 0\] must be 0"),
+        (np.zeros((2, 2, 2), int), 0.0, np.eye(4), "voxel must be an edge"),
+        (np.zeros((2, 2, 2), int), np.nan, np.eye(4), "voxel must be an edge"),
+        (np.zeros((2, 2, 2), int), 0.1, np.full((4, 4), np.nan), "X_WG"),
+        (np.zeros((2, 2, 2), int), 0.1, np.diag([2.0, 1.0, 1.0, 1.0]), "X_WG"),
+    ],
+)
+def test_grids_that_are_none_are_refused_by_name(states, voxel, X_WG, told):
+    """As shapes and poses are."""
+    view = DepthView.of(
+        np.ones((LENS.height, LENS.width), np.float32), LENS, np.eye(4), DepthRules()
+    )
+    with pytest.raises(ValueError, match=told):
+        voxels_after(states, voxel, X_WG, view)
+
+
+def test_a_camera_within_the_grid_and_voxels_about_it():
+    """Voxels that reach behind the camera, or are nearer than it sees, are not known."""
+    view = DepthView.of(
+        np.full((LENS.height, LENS.width), 5.0, np.float32), LENS, np.eye(4), DepthRules(near=0.5)
+    )
+    X_WG = np.eye(4)
+    for voxel in (0.05, 0.3, 4.0, 1e5):
+        X_WG[:3, 3] = -5.5 * voxel
+        after, _ = voxels_after(np.full((11, 11, 11), UNKNOWN), voxel, X_WG, view)
+        assert after[5, 5, 5] != FREE
+        far = (np.arange(11) + 1 - 5.5) * voxel
+        assert (after[:, :, (far - voxel < 0.5) | (far > 5.0 - 0.02)] != FREE).all()
