@@ -186,7 +186,13 @@ def map_rows() -> list[str]:
         rows.append(f"| {name} | {len(data)} | {1e3 * read:.1f} |")
     shifted = np.eye(4)
     shifted[:3, 3] = 0.02
-    for name, X in (("voxels that coincide", np.eye(4)), ("voxels that do not", shifted)):
+    turned = shifted.copy()
+    turned[:2, :2] = [[0.8, -0.6], [0.6, 0.8]]
+    for name, X in (
+        ("voxels that coincide", np.eye(4)),
+        ("voxels that are shifted", shifted),
+        ("voxels that are turned", turned),
+    ):
         ask: Callable[[], Any] = lambda X=X: resampled_states(  # noqa: E731
             states, (0.05,) * 3, X, states.shape, 0.05
         )

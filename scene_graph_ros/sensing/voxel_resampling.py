@@ -16,6 +16,9 @@ __all__ = ["resampled_states"]
 
 _FREE, _OCCUPIED, _UNKNOWN = int(Voxel.FREE), int(Voxel.OCCUPIED), int(Voxel.UNKNOWN)
 
+_RANKS = np.array([0, 2, 1], np.uint8)
+"""Of the states by how bad they are: free, unknown, occupied; and the states of these."""
+
 _ROUNDING = 1e-6
 """Of a cell: a voxel that meets a cell by less than this along an axis does not meet it."""
 
@@ -61,6 +64,32 @@ def _resample(states, cells, X_MG, voxel, half, result):
                 result[i, j, k] = found
 
 
+def _along_axes(
+    states: NDArray[np.uint8],
+    lengths: NDArray[np.float64],
+    p_MG: NDArray[np.float64],
+    counts: tuple[int, int, int],
+    voxel: float,
+) -> NDArray[np.uint8]:
+    """Return the same for a grid whose axes are parallel to the map's: the worst axis by axis."""
+    worst = _RANKS[states]
+    for axis in range(3):
+        n, half = states.shape[axis], 0.5 * voxel / lengths[axis]
+        middle = ((np.arange(counts[axis]) + 0.5) * voxel + p_MG[axis]) / lengths[axis]
+        low = np.floor(middle - half + _ROUNDING)
+        high = np.floor(np.maximum(middle + half - _ROUNDING, middle - half + _ROUNDING))
+        # One unknown cell before the map's, and one behind, are all that is outside of it.
+        pads = [(1, 1) if k == axis else (0, 0) for k in range(3)]
+        padded = np.pad(worst, pads, constant_values=_RANKS[_UNKNOWN])
+        first = np.clip(low, -1, n).astype(np.int64) + 1
+        last = np.clip(high, -1, n).astype(np.int64) + 1
+        worst = padded.take(first, axis=axis)
+        for k in range(1, int((last - first).max()) + 1):
+            np.maximum(worst, padded.take(np.minimum(first + k, last), axis=axis), out=worst)
+    result: NDArray[np.uint8] = _RANKS[worst]
+    return result
+
+
 def resampled_states(
     states: NDArray[np.uint8],
     cells: tuple[float, float, float],
@@ -76,11 +105,15 @@ def resampled_states(
     along the map's axes. Cells that it meets by less than 1e-6 of their length are left out.
     """
     result = np.full(counts, _UNKNOWN, np.uint8)
-    shift = X_MG[:3, 3] / voxel
+    if not result.size:
+        return result
+    shift, lengths = X_MG[:3, 3] / voxel, np.array(cells)
     whole = np.round(shift)
+    is_parallel = np.abs(X_MG[:3, :3] - np.eye(3)).max() <= _ALIKE
+    is_alike = np.abs(lengths / voxel - 1.0).max() <= _ALIKE
     if (
-        np.abs(np.array(cells) / voxel - 1.0).max() <= _ALIKE
-        and np.abs(X_MG[:3, :3] - np.eye(3)).max() <= _ALIKE
+        is_parallel
+        and is_alike
         and np.abs(shift - whole).max() <= _ROUNDING
         and np.abs(whole).max() < 2**31
     ):
@@ -90,7 +123,9 @@ def resampled_states(
             into = tuple(slice(a, b) for a, b in zip(begin - first, end - first, strict=True))
             result[into] = states[tuple(slice(a, b) for a, b in zip(begin, end, strict=True))]
         return result
-    lengths, X_MG = np.array(cells), np.ascontiguousarray(X_MG)
+    if is_parallel:
+        return _along_axes(states, lengths, X_MG[:3, 3], counts, voxel)
+    X_MG = np.ascontiguousarray(X_MG)
     half = 0.5 * voxel * np.abs(X_MG[:3, :3]).sum(axis=1) / lengths
     _resample(np.ascontiguousarray(states), lengths, X_MG, voxel, half, result)
     return result

@@ -19,7 +19,7 @@ def read_maps() -> None:
     for write in (binary_octree, full_octree):
         stream = OctreeStream(write(occupancy, first), is_binary=write is binary_octree)
         states = stream.states(*stream.extent())
-        resampled_states(states, (1.0, 1.0, 1.0), np.eye(4), (1, 1, 1), 0.5)
+        resampled_states(states, (1.0, 1.0, 1.0), np.diag([-1.0, -1.0, 1.0, 1.0]), (1, 1, 1), 0.5)
     lens = CameraIntrinsics(8, 8, 8.0, 8.0, 3.5, 3.5)
     view = DepthView.of(np.full((8, 8), 1.0, np.float32), lens, np.eye(4), DepthRules())
     voxels_after(occupancy, 0.1, np.eye(4), view)

@@ -85,3 +85,22 @@ def test_a_grid_that_is_nowhere_near_is_unknown():
     none = np.zeros((0, 3, 3), np.uint8)
     assert (resampled_states(none, (0.3,) * 3, np.eye(4), (2, 2, 2), 0.1) == 2).all()
     assert resampled_states(states, (0.3,) * 3, far, (0, 2, 2), 0.1).shape == (0, 2, 2)
+
+
+def test_maps_of_parallel_axes_are_those_of_a_map_that_is_hardly_turned():
+    """Axis by axis, or voxel by voxel; with a flat map, and grids that reach beyond it."""
+    rng = np.random.default_rng(6)
+    tiny = Rotation.from_rotvec([0.0, 0.0, 3e-9]).as_matrix()
+    for cells in ((0.1, 0.1, 0.1), (0.03, 0.03, np.inf), (0.5, 0.5, 0.2)):
+        states = rng.choice([0, 1, 2], (21, 17, 1 if cells[2] == np.inf else 9), p=[0.8, 0.1, 0.1])
+        for _ in range(5):
+            X = np.eye(4)
+            X[:3, 3] = rng.uniform(-0.4, 0.4, 3)
+            turned = X.copy()
+            turned[:3, :3] = tiny
+            one, other = (
+                resampled_states(states.astype(np.uint8), cells, pose, (15, 12, 11), 0.077)
+                for pose in (X, turned)
+            )
+            assert (one == other).all()
+            assert (one != 2).any()
