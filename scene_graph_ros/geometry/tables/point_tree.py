@@ -106,7 +106,11 @@ def _corners_of_all(points, corners):
         corners[0, k] = corners[1, k] = points[k // 3, k % 3]
     if numbers >= wide:
         # Number k of three lanes is one of coordinate k % 3.
-        la, lb, lc = (load_lanes(points, 0), load_lanes(points, LANES), load_lanes(points, 2 * LANES))
+        la, lb, lc = (
+            load_lanes(points, 0),
+            load_lanes(points, LANES),
+            load_lanes(points, 2 * LANES),
+        )
         ua, ub, uc = la, lb, lc
         for at in range(wide, numbers - wide + 1, wide):
             a, b, c = (
