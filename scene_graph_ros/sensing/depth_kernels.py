@@ -69,7 +69,8 @@ def take_nearest(depth, lens, step, near, far, planes):
             down = (i - lens.cy) / lens.fy
             for j in range(width):
                 z = np.float64(depth[i, j])
-                z = z if z >= near and z <= far and z < np.inf else 0.0
+                if not (z >= near and z <= far and z < np.inf):
+                    z = np.float64(0.0)
                 planes[0, i, j] = (j - lens.cx) / lens.fx * z
                 planes[1, i, j] = down * z
                 planes[2, i, j] = z

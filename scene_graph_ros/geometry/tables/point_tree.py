@@ -145,7 +145,7 @@ def _corners_of(points, keys, first, last, corners):
 
 @inlined_kernel
 def _number_cells(points, keys, first, last, corners, counts):
-    """Write the cells of their box that some points are in, and count digits; return the extent."""
+    """Write which cells of their box some points are in, and count digits; return its extent."""
     lx, ly, lz = corners[0, 0], corners[0, 1], corners[0, 2]
     extent = max(corners[1, 0] - lx, corners[1, 1] - ly, corners[1, 2] - lz)
     scale = (_CELLS - 1) / extent
