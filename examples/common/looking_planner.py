@@ -19,8 +19,6 @@ from scene_graph_msgs.msg import PlanHolds
 CAMERA = "wrist_camera"
 AHEAD = 0.3
 """Seconds of its trajectory that the robot goes at most beyond what the node has looked at."""
-SPEED = 0.15
-"""Of the joints' velocities: a robot that looks where it goes goes slowly."""
 BACK = 0.5
 """Seconds of its way that the robot goes back where it stops."""
 
@@ -28,8 +26,10 @@ BACK = 0.5
 class LookingPlanner(WorldPlanner):
     """Plans, and follows trajectories as a controller does: joint states at a rate."""
 
-    def __init__(self) -> None:
+    def __init__(self, speed: float) -> None:
+        """Go at a share of the joints' velocities."""
         super().__init__(with_pictures=True)
+        self._speed = speed
         self._seen_at = 0
         """Stamp of the newest image whose points the node has, ns."""
         self._sent: list[int] = []
@@ -78,7 +78,7 @@ class LookingPlanner(WorldPlanner):
     ) -> tuple[Any, bytes]:
         """Plan a trajectory as `reach`, whether it still holds or not; the result and its id."""
         goal = pointing_down(link, point, group, padding)
-        result, goal_id = self.plan(goal, 60.0, 5.0, SPEED)
+        result, goal_id = self.plan(goal, 60.0, 5.0, self._speed)
         if result.status.code or result.failure:
             raise SystemExit(f"no plan: {result.status.message}{result.reason}")
         return result, goal_id

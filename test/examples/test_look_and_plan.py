@@ -15,7 +15,10 @@ def test_a_panda_plans_around_what_its_camera_saw_and_plans_again(surroundings, 
     """It sees more on its way, stops at least once, and comes to its goal without a touch."""
     picture = tmp_path / "frames.png"
     done = subprocess.run(
-        [sys.executable, "examples/look_and_plan.py", "--picture", picture, "--samples", "1"],
+        [
+            *(sys.executable, "examples/look_and_plan.py"),
+            *("--picture", picture, "--samples", "1", "--speed", "0.5"),
+        ],
         cwd=ROOT,
         env=surroundings,
         capture_output=True,
