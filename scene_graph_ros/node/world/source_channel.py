@@ -75,9 +75,9 @@ class SourceChannel(ABC, Generic[K, T]):
     def take(self) -> list[Kept]:
         """Take all messages that were kept, oldest first."""
 
-    noted: Callable[[], object] | None = None
-    """Called after each message that moved something, if all of them matter: each is a moment
-    between which others are interpolated."""
+    noted: Callable[[str], object] | None = None
+    """Called with the source after each message that moved something, if all of them matter: each
+    is a moment between which others are interpolated."""
 
     def has_result(self) -> bool:
         """Tell whether something of an earlier message is to be applied."""
@@ -95,7 +95,7 @@ class SourceChannel(ABC, Generic[K, T]):
                 if self._apply_one(one, target, limits):
                     arrival = one.arrival if arrival is None else arrival
                     if self.noted is not None:
-                        self.noted()
+                        self.noted(self.record.name)
             except SceneGraphError as error:
                 self.intake.fault(Fault.MALFORMED, "", str(error))
         return arrival
