@@ -17,7 +17,7 @@ def test_a_panda_plans_around_what_its_camera_saw_and_plans_again(surroundings, 
     done = subprocess.run(
         [
             *(sys.executable, "examples/look_and_plan.py"),
-            *("--picture", picture, "--samples", "1", "--speed", "0.5"),
+            *("--picture", picture, "--samples", "1", "--width", "140", "--speed", "0.5"),
         ],
         cwd=ROOT,
         env=surroundings,
