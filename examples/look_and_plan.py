@@ -42,10 +42,10 @@ VIEW = {
     "eye": (2.1, -0.9, 1.75),
     "target": (0.45, 0.0, 0.62),
     "field_of_view": 34.0,
+    "width": 560,
+    "height": 520,
 }
 """Of pictures."""
-FLATTER = 13 / 14
-"""Their height, of their width."""
 
 
 def parse_arguments() -> argparse.Namespace:
@@ -54,7 +54,6 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("--scene", type=Path, default=SCENE, help="scene file")
     parser.add_argument("--picture", type=Path, help="a file for what was to be seen (PNG)")
     parser.add_argument("--samples", type=int, default=24, help="rays for each of its pixels")
-    parser.add_argument("--width", type=int, default=560, help="pixels of each of its moments")
     parser.add_argument("--speed", type=float, default=SPEED, help="share of joint velocities")
     parser.add_argument("--page", action="store_true", help="serve the page, and say where")
     return parser.parse_args()
@@ -143,9 +142,7 @@ def main() -> int:
         from common.picture import Camera
         from common.plan_frames import Frames
 
-        height = round(FLATTER * arguments.width)
-        camera = Camera(**VIEW, width=arguments.width, height=height)
-        frames = Frames(arguments.samples, camera)
+        frames = Frames(arguments.samples, Camera(**VIEW))
     with processes({"scene graph node": node}) as running:
         planner = LookingPlanner(arguments.speed)
         try:
