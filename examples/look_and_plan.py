@@ -35,6 +35,8 @@ HAND = "panda_hand"
 PADDING = 0.01
 """m that the robot keeps from what it saw, beside the points' radii."""
 THINGS = ("carton", "vase", "ball")
+SPEED = 0.15
+"""Of the joints' velocities: a robot that looks where it goes goes slowly."""
 MOST_PLANS = 8
 VIEW = {
     "eye": (2.1, -0.9, 1.75),
@@ -52,13 +54,19 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("--scene", type=Path, default=SCENE, help="scene file")
     parser.add_argument("--picture", type=Path, help="a file for what was to be seen (PNG)")
     parser.add_argument("--samples", type=int, default=24, help="rays for each of its pixels")
+    parser.add_argument("--speed", type=float, default=SPEED, help="share of joint velocities")
     parser.add_argument("--page", action="store_true", help="serve the page, and say where")
     return parser.parse_args()
 
 
 def nearest_to_things(scene: Path, moments: list[list[float]]) -> tuple[float, str]:
     """Return the least distance of the robot from the real things, m, and the nearest thing."""
-    from scene_graph_ros.geometry import ProximityProperties, SceneGraph
+    from scene_graph_ros.geometry import (
+        CollisionFilterDeclaration,
+        GeometrySet,
+        ProximityProperties,
+        SceneGraph,
+    )
     from scene_graph_ros.planning import RobotDiagram
     from scene_graph_ros.scene_files import load_scene
 
@@ -69,6 +77,11 @@ def nearest_to_things(scene: Path, moments: list[list[float]]) -> tuple[float, s
     for geometry in names:
         graph.assign_role(things, geometry, ProximityProperties())
     robot = set(graph.model_inspector().get_geometries_for_source(panda.source_id))
+    # Only the robot and the things are asked about.
+    others = set(graph.model_inspector().get_all_geometry_ids()) - robot - names.keys()
+    without = CollisionFilterDeclaration().exclude_within(GeometrySet(robot))
+    without.exclude_between(GeometrySet(robot), GeometrySet(others))
+    graph.collision_filter_manager().apply(without)
     tree, frames = RobotDiagram.of_scene(graph, loaded).tree, panda.robot.link_frames
     context = graph.create_default_context()
     query, best, q = graph.query_object(context), (np.inf, ""), np.array(START)
@@ -76,7 +89,7 @@ def nearest_to_things(scene: Path, moments: list[list[float]]) -> tuple[float, s
         q[: len(moment)] = moment  # the fingers stay where they are
         X_WL = tree.link_poses(q, list(frames))
         context.set_frame_poses(panda.source_id, dict(zip(frames.values(), X_WL, strict=True)))
-        for pair in query.compute_signed_distance_pairwise_closest_points(0.3):
+        for pair in query.compute_signed_distance_pairwise_closest_points(min(best[0], 0.3)):
             ids = {pair.id_A, pair.id_B}
             if ids & robot and ids & names.keys():
                 (thing,) = ids & names.keys()
@@ -131,7 +144,7 @@ def main() -> int:
 
         frames = Frames(arguments.samples, Camera(**VIEW))
     with processes({"scene graph node": node}) as running:
-        planner = LookingPlanner()
+        planner = LookingPlanner(arguments.speed)
         try:
             code = run(planner, arguments, frames)
         finally:

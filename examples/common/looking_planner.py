@@ -17,10 +17,9 @@ from msg_adapters.trajectories import joint_trajectory_from_msg
 from scene_graph_msgs.msg import PlanHolds
 
 CAMERA = "wrist_camera"
-AHEAD = 0.3
-"""Seconds of its trajectory that the robot goes at most beyond what the node has looked at."""
-SPEED = 0.15
-"""Of the joints' velocities: a robot that looks where it goes goes slowly."""
+AHEAD = 0.045
+"""Seconds of its trajectory at full speed that the robot goes at most beyond what the node has
+looked at; slower trajectories take longer for the same way."""
 BACK = 0.5
 """Seconds of its way that the robot goes back where it stops."""
 
@@ -28,10 +27,12 @@ BACK = 0.5
 class LookingPlanner(WorldPlanner):
     """Plans, and follows trajectories as a controller does: joint states at a rate."""
 
-    def __init__(self) -> None:
+    def __init__(self, speed: float) -> None:
+        """Go at a share of the joints' velocities."""
         super().__init__(with_pictures=True)
-        self._seen_at = 0
-        """Stamp of the newest image whose points the node has, ns."""
+        self._speed = speed
+        self._seen: list[tuple[int, int]] = []
+        """Stamps of images whose points the node has, and when it was heard that it has, ns."""
         self._sent: list[int] = []
         self._sent_at: list[float] = []
         """When states of the trajectory were sent, ns, and which times of it they were, s."""
@@ -43,18 +44,20 @@ class LookingPlanner(WorldPlanner):
 
     def _take_points(self, message: PointCloud2) -> None:
         stamp = message.header.stamp
-        self._seen_at = stamp.sec * 10**9 + stamp.nanosec
+        now = self.node.get_clock().now().nanoseconds
+        self._seen.append((stamp.sec * 10**9 + stamp.nanosec, now))
 
     def _is_ahead(self, at: float, goal_id: bytes) -> bool:
         """Tell whether a time of the trajectory is too far beyond what was looked at.
 
-        That is the newest image that the node has, and the newest proof of the path.
+        That is the newest image that the path was proven for: the proof is of joint states that
+        were sent after the image's points had come.
         """
-        about = self._about(goal_id)
-        proven = about[-1].header.stamp
-        known = min(self._seen_at, proven.sec * 10**9 + proven.nanosec)
+        stamp = self._about(goal_id)[-1].header.stamp
+        proven = stamp.sec * 10**9 + stamp.nanosec
+        known = max((taken for taken, heard in self._seen if heard < proven), default=0)
         row = bisect_right(self._sent, known) - 1
-        return at > (self._sent_at[row] if row >= 0 else 0.0) + AHEAD
+        return at > (self._sent_at[row] if row >= 0 else 0.0) + AHEAD / self._speed
 
     def wait_for_node(self) -> None:
         """Wait until the node offers the action and listens to the robot."""
@@ -78,7 +81,7 @@ class LookingPlanner(WorldPlanner):
     ) -> tuple[Any, bytes]:
         """Plan a trajectory as `reach`, whether it still holds or not; the result and its id."""
         goal = pointing_down(link, point, group, padding)
-        result, goal_id = self.plan(goal, 60.0, 5.0, SPEED)
+        result, goal_id = self.plan(goal, 60.0, 5.0, self._speed)
         if result.status.code or result.failure:
             raise SystemExit(f"no plan: {result.status.message}{result.reason}")
         return result, goal_id

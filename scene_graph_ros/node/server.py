@@ -220,6 +220,7 @@ class Server:
             self.parameter("max_points_per_cloud"),
             self.parameter("max_voxels_per_map"),
             self.lack_of_kernels,
+            self._loop.request,
         )
         self._loader = loader
         self._effects = Effects(self, lack=self._kernels.lack)
@@ -371,12 +372,12 @@ class Server:
             due = self._effects.due(self._world.snapshot)
             with self._world.lock:
                 self._clock.forget_impossible_stamps(limits)
-                moved, deformed, sensed, first = self._subscriptions.collect(limits)
+                moved, deformed, sensed, looked, first = self._subscriptions.collect(limits)
                 snapshot = self._world.snapshot
                 if moved or deformed or sensed:
                     snapshot = self._world.commit(moved, first, deformed, sensed)
                 if self.recorder is not None:
-                    self.recorder.updated(limits, snapshot)
+                    self.recorder.updated(limits, snapshot, looked)
             self._effects.update(snapshot, due)
             self._monitor.updated(time.monotonic_ns())
         except Exception:  # noqa: BLE001 - the node survives its own fault, and says so

@@ -28,6 +28,7 @@ from scene_graph_ros.node.world.intake import Intake, UNSTAMPED
 from scene_graph_ros.node.world.queued_channel import QueuedChannel
 from scene_graph_ros.node.world.scene import Edit, SourceRecord
 from scene_graph_ros.node.world.scenes import Described, SceneLoader
+from scene_graph_ros.node.world.sensor_worker import ToldWorker
 from scene_graph_ros.node.world.source_channel import apply_kept, SourceChannel
 from scene_graph_ros.node.world.source_topics import CAMERA_INFO, DEPTH_IMAGES, HEIGHTS, VOXELS
 from scene_graph_ros.node.world.time_limits import TimeLimits
@@ -56,6 +57,7 @@ class Replay:
         self._world: World | None = None
         self._texts: dict[Path, str] = {}
         self._channels: dict[tuple[str, str], SourceChannel[Any, Any]] = {}
+        self._looking: dict[tuple[str, str], ToldWorker] = {}
         self._owners: dict[str, tuple[str, str]] = {}
         self._static: dict[tuple[str, str, str], bool] = {}
 
@@ -213,7 +215,9 @@ class Replay:
             from scene_graph_ros.node.world.point_channel import PointChannel
 
             most = self.parameters["max_points_per_cloud"]
-            return PointChannel(record, Intake(record.name, _ignore), most)
+            points = PointChannel(record, Intake(record.name, _ignore), most)
+            points.look_in(self._looking.setdefault((record.name, noun), ToldWorker()))
+            return points
         if noun == HEIGHTS:
             from scene_graph_ros.node.world.height_channel import HeightChannel
 
@@ -229,7 +233,9 @@ class Replay:
             intake = Intake(record.name, _ignore)
             if noun == CAMERA_INFO:
                 return InfoChannel(record, intake)
-            return DepthChannel(record, intake, self.parameters["max_points_per_cloud"])
+            images = DepthChannel(record, intake, self.parameters["max_points_per_cloud"])
+            images.look_in(self._looking.setdefault((record.name, noun), ToldWorker()))
+            return images
         if noun != _CONFIGURATIONS:
             return make_channel(noun, record, _ignore, self.world.world_frame)
         from scene_graph_ros.node.world.configurations import ConfigurationChannel
@@ -244,8 +250,12 @@ class Replay:
         self._channels[key].store(data, time, is_static=self._static[*key, topic])
         self.inputs += 1
 
-    def _on_update(self, time: int, *, limits: list[int], sequence: int) -> None:
+    def _on_update(
+        self, time: int, *, limits: list[int], sequence: int, looked: list[list[str]]
+    ) -> None:
         world, told = self.world, TimeLimits(*limits)
+        for source, noun in looked:
+            self._looking[source, noun].finish()
         with world.lock:
             moved, deformed, sensed = set[str](), set[str](), set[str]()
             targets: dict[str, tuple[Callable[[str], Any], set[str]]] = {
@@ -263,6 +273,8 @@ class Replay:
                 whose = record.filled if is_sensor and record is not None else name
                 if is_sensor:
                     world.note_poses()
+                elif isinstance(channel, QueuedChannel):
+                    channel.noted = world.note_poses if world.snapshot.sensing else None
                 if apply_kept(channel, record, partial(find, whose), told) is not None:
                     changed.add(whose)
                 if is_sensor and whose in world.clouds and world.clouds[whose].expire(told.now):

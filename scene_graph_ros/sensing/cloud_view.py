@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.spatial.poses import inverse
 from scene_graph_ros.geometry.spatial.sums import moved
-from scene_graph_ros.sensing.depth_kernels import OPEN, ROBOT, widen
-from scene_graph_ros.sensing.depth_view import DepthRules, NewPoints
+from scene_graph_ros.sensing.depth_kernels import widen
+from scene_graph_ros.sensing.depth_view import DepthRules, new_points_memory, NewPoints
+from scene_graph_ros.sensing.near_cells import ROBOT
 from scene_graph_ros.sensing.ray_kernels import (
     bin_rays,
     find_windows,
     judge_by_rays,
-    mark_bodies,
+    place_cloud,
     RayGrid,
     widen_rays,
 )
@@ -78,20 +79,7 @@ class CloudView:
 
     def _mark(self, own: SelfFilter) -> None:
         """Mark the points of the robot, and those beside them."""
-        boxes = list(own.boxes(self.X_WS, self.rules.padding))
-        if not boxes or not len(self.p_SPs):
-            return
-        centers, halves, X_BSs = (np.array(each, np.float64) for each in zip(*boxes, strict=True))
-        X_SBs = np.array([inverse(X_BS) for X_BS in X_BSs])
-        middles = np.einsum("bij,bj->bi", X_SBs[:, :3, :3], centers) + X_SBs[:, :3, 3]
-        reaches = np.einsum("bij,bj->bi", np.abs(X_SBs[:, :3, :3]), halves)
-        lower, upper = (middles - reaches).min(axis=0), (middles + reaches).max(axis=0)
-        if not mark_bodies(self.p_SPs, X_BSs, centers, halves, lower, upper, self.mask):
-            return
-        rows = np.flatnonzero(self.mask)
-        is_own = own.has(moved(self.p_SPs[rows], self.X_WS), self.rules.padding)
-        self.mask[rows] = np.where(is_own, ROBOT, OPEN)
-        if self.rules.shadow and is_own.any():
+        if own.mark(self.p_SPs, self.X_WS, self.rules.padding, self.mask) and self.rules.shadow:
             self._widen()
 
     def _widen(self) -> None:
@@ -116,13 +104,15 @@ class CloudView:
 
     def points(self) -> NewPoints:
         """Return the points in range and region that are not the robot's."""
-        rules, p_SPs = self.rules, self.p_SPs
-        square = np.einsum("ij,ij->i", p_SPs, p_SPs)
-        kept = (square >= rules.near**2) & (square <= rules.far**2) & (self.mask == OPEN)
-        p_WPs = moved(p_SPs if kept.all() else p_SPs[kept], self.X_WS)
-        if np.isfinite([rules.lower, rules.upper]).any():
-            p_WPs = p_WPs[((p_WPs >= rules.lower) & (p_WPs <= rules.upper)).all(axis=1)]
-        return NewPoints(p_WPs, np.full(len(p_WPs), float(rules.error)))
+        rules, n = self.rules, len(self.p_SPs)
+        p_WPs, radii = new_points_memory.take(n + 1)
+        lower, upper = (np.array(corner, np.float64) for corner in (rules.lower, rules.upper))
+        count = place_cloud(
+            *(self.p_SPs, self.mask, float(rules.near), float(rules.far), self.X_WS),
+            *(lower, upper, p_WPs),
+        )
+        radii[:count] = rules.error
+        return NewPoints(p_WPs[:count], radii[:count])
 
     def judge(self, p_WPs: FloatArray, radii: FloatArray) -> NDArray[np.uint8]:
         """Return the verdicts on earlier points: KEPT, CLEARED or SEEN_AGAIN, ``(n,)``."""

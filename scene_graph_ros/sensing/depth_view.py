@@ -9,31 +9,36 @@ from typing import NamedTuple, TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.loans import RoomLender
 from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.spatial.poses import inverse
 from scene_graph_ros.geometry.spatial.sums import moved
 from scene_graph_ros.sensing.depth_kernels import (
     judge_points,
     Lens,
-    mark_in_box,
-    OPEN,
     place_points,
-    ROBOT,
     take_nearest,
     widen,
 )
+from scene_graph_ros.sensing.near_cells import mark_image, ROBOT
 
 if TYPE_CHECKING:
     from scene_graph_ros.geometry.perception.camera import CameraIntrinsics
     from scene_graph_ros.sensing.self_filter import SelfFilter
 
-__all__ = ["DepthRules", "DepthView", "NewPoints"]
+__all__ = ["DepthRules", "DepthView", "NewPoints", "new_points_memory"]
 
 FloatArray = NDArray[np.float64]
 _EVERYWHERE = (math.inf, math.inf, math.inf)
-_CORNERS = np.array([[a, b, c] for a in (-1.0, 1.0) for b in (-1.0, 1.0) for c in (-1.0, 1.0)])
-_EDGES = np.array([(i, i | bit) for bit in (1, 2, 4) for i in range(8) if not i & bit])
-"""Of a box: rows of its corners."""
+
+_KEPT_BLOCKS = 1 << 12, 1 << 20
+"""Of images whose memory is kept for the next one: that of less is not cleared by the system each
+time, and that of more is given back to it."""
+
+_images = RoomLender(lambda count, memory: (memory((3 * count,)),), *_KEPT_BLOCKS)
+new_points_memory = RoomLender(
+    lambda count, memory: (memory((count, 3)), memory((count,))), *_KEPT_BLOCKS
+)
 
 
 @one_line()
@@ -72,16 +77,16 @@ class DepthView:
     """Depths ``(h, w)`` float32, in m along z of C, seen through a lens at ``X_WC``.
 
     NaN and 0 are no depth, positive infinity is one beyond ``far`` (REP-117), negative infinity
-    one nearer than ``near``. ``p_CPs`` ``(rows, columns, 3)`` has the nearest point of each block
-    of pixels, z 0 where there is none; ``mask`` ``(rows, columns)`` uint8 says which of them are
-    the robot's.
+    one nearer than ``near``. ``planes`` ``(3, rows, columns)`` has x, y and z of the nearest point
+    of each block of pixels, m, z 0 where there is none; ``mask`` ``(rows, columns)`` uint8 says
+    which of them are the robot's.
     """
 
     depth: NDArray[np.float32]
     lens: CameraIntrinsics
     X_WC: FloatArray
     rules: DepthRules
-    p_CPs: FloatArray
+    planes: FloatArray
     mask: NDArray[np.uint8]
 
     @classmethod
@@ -103,14 +108,21 @@ class DepthView:
             )
         depth = np.ascontiguousarray(depth, np.float32)
         step = rules.step
-        p_CPs = np.empty((-(-lens.height // step), -(-lens.width // step), 3))
+        rows, columns = -(-lens.height // step), -(-lens.width // step)
+        (room,) = _images.take(rows * columns)
+        planes = room[: 3 * rows * columns].reshape(3, rows, columns)
         numbers = Lens(lens.fx, lens.fy, lens.cx, lens.cy)
-        take_nearest(depth, numbers, step, float(rules.near), float(rules.far), p_CPs)
-        mask = np.zeros(p_CPs.shape[:2], np.uint8)
-        view = cls(depth, lens, np.array(X_WC, np.float64), rules, p_CPs, mask)
+        take_nearest(depth, numbers, step, float(rules.near), float(rules.far), planes)
+        mask = np.zeros((rows, columns), np.uint8)
+        view = cls(depth, lens, np.array(X_WC, np.float64), rules, planes, mask)
         if own is not None:
             view._mark(own)
         return view
+
+    @property
+    def p_CPs(self) -> FloatArray:
+        """The points ``(rows, columns, 3)`` of C of the blocks, m; z is 0 where there is none."""
+        return self.planes.transpose(1, 2, 0)
 
     @property
     def _numbers(self) -> Lens:
@@ -119,32 +131,18 @@ class DepthView:
 
     def _mark(self, own: SelfFilter) -> None:
         """Mark the blocks of the robot, and those beside them."""
-        mask, count = self.mask, 0
-        for center, half, X_BC in own.boxes(self.X_WC, self.rules.padding):
-            window = self._window(center, half, inverse(X_BC))
-            count += mark_in_box(self.p_CPs, X_BC, center, half, window, mask)
-        if not count:
-            return
-        blocks = np.nonzero(mask)
-        is_own = own.has(moved(self.p_CPs[blocks], self.X_WC), self.rules.padding)
-        mask[blocks] = np.where(is_own, ROBOT, OPEN)
-        if self.rules.shadow:
-            widen(mask, -(-self.rules.shadow // self.rules.step))
-
-    def _window(self, center: FloatArray, half: FloatArray, X_CB: FloatArray) -> NDArray[np.int64]:
-        """Return first and last rows and columns ``(4,)`` of the blocks that may show a box."""
-        corners = (center + _CORNERS * half) @ X_CB[:3, :3].T + X_CB[:3, 3]
-        corners = _in_front(corners, 0.5 * self.rules.near)
-        if not len(corners):
-            return np.zeros(4, np.int64)
-        lens = self._numbers
-        u = lens.fx * corners[:, 0] / corners[:, 2] + lens.cx
-        v = lens.fy * corners[:, 1] / corners[:, 2] + lens.cy
-        low, high = np.array([v.min(), u.min()]), np.array([v.max(), u.max()])
-        step, size = self.rules.step, self.mask.shape
-        first = np.clip(np.floor(low / step) - 1.0, 0.0, size).astype(np.int64)
-        last = np.clip(np.ceil(high / step) + 2.0, 0.0, size).astype(np.int64)
-        return np.array([first[0], last[0], first[1], last[1]], np.int64)
+        rules, mask = self.rules, self.mask
+        boxes = own.boxes(self.X_WC, rules.padding)
+        marked = own.decide(
+            lambda cells: mark_image(
+                *(self.planes, self._numbers, rules.step, 0.5 * rules.near, boxes, cells, mask)
+            ),
+            rules.padding,
+            mask,
+            lambda unsure: moved(self.p_CPs[unsure], self.X_WC),
+        )
+        if marked and rules.shadow:
+            widen(mask, -(-rules.shadow // rules.step))
 
     def own_points(self) -> FloatArray:
         """Return the points ``(n, 3)`` of W that are the robot's, m."""
@@ -157,10 +155,10 @@ class DepthView:
         degrees and is nearly flat; of each block of pixels the nearest counts.
         """
         rules, most = self.rules, self.mask.size
-        p_WPs, radii = np.empty((most + 1, 3)), np.empty(most + 1)
+        p_WPs, radii = new_points_memory.take(most + 1)
         lower, upper = (np.array(corner, np.float64) for corner in (rules.lower, rules.upper))
         count = place_points(
-            *(self.p_CPs, self.mask, self._numbers, rules.step, self.X_WC, lower, upper),
+            *(self.planes, self.mask, self._numbers, rules.step, self.X_WC, lower, upper),
             *(float(rules.error), p_WPs, radii),
         )
         return NewPoints(p_WPs[:count], radii[:count])
@@ -175,12 +173,3 @@ class DepthView:
             verdicts,
         )
         return verdicts
-
-
-def _in_front(corners: FloatArray, z: float) -> FloatArray:
-    """Return corners ``(n, 3)`` of the part of a box, by its eight corners, that is beyond z."""
-    first, last = corners[_EDGES[:, 0]], corners[_EDGES[:, 1]]
-    crosses = (first[:, 2] < z) != (last[:, 2] < z)
-    first, last = first[crosses], last[crosses]
-    ratio = (z - first[:, 2:]) / (last[:, 2:] - first[:, 2:])
-    return np.concatenate([corners[corners[:, 2] >= z], first + ratio * (last - first)])

@@ -12,9 +12,10 @@ from typing import NamedTuple
 import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel
-from scene_graph_ros.sensing.depth_kernels import CLEARED, EDGE, KEPT, OPEN, ROBOT, SEEN_AGAIN
+from scene_graph_ros.sensing.depth_kernels import CLEARED, EDGE, KEPT, SEEN_AGAIN
+from scene_graph_ros.sensing.near_cells import OPEN, ROBOT
 
-__all__ = ["RayGrid", "bin_rays", "find_windows", "judge_by_rays", "mark_bodies", "widen_rays"]
+__all__ = ["RayGrid", "bin_rays", "find_windows", "judge_by_rays", "place_cloud", "widen_rays"]
 
 _MOST_BESIDE = 8
 """Cells beside its own that a ball's rays are looked for in, to each side."""
@@ -99,32 +100,6 @@ def bin_rays(p_SPs, near, edge, corners, sizes, cells, starts, rays, rows):
         rays[at, 3] = length
         rows[at] = k
     return filled
-
-
-@lean_kernel
-def mark_bodies(p_SPs, X_BSs, centers, halves, lower, upper, mask):
-    """Mark points that are in the box of some body; return how many.
-
-    ``X_BSs`` ``(b, 4, 4)``, ``centers`` and ``halves`` ``(b, 3)`` of the boxes, and the box in S
-    around them all, m.
-    """
-    count = 0
-    for k in range(len(p_SPs)):
-        x, y, z = p_SPs[k, 0], p_SPs[k, 1], p_SPs[k, 2]
-        if not (lower[0] <= x <= upper[0] and lower[1] <= y <= upper[1]):
-            continue
-        if not lower[2] <= z <= upper[2]:
-            continue
-        for body in range(len(centers)):
-            X, is_in = X_BSs[body], True
-            for axis in range(3):
-                at = X[axis, 0] * x + X[axis, 1] * y + X[axis, 2] * z + X[axis, 3]
-                is_in &= abs(at - centers[body, axis]) <= halves[body, axis]
-            if is_in:
-                mask[k] = ROBOT
-                count += 1
-                break
-    return count
 
 
 @lean_kernel
@@ -234,3 +209,19 @@ def widen_rays(grid, angle, mask):
                     along = ray[0] * x + ray[1] * y + ray[2] * z
                     if along > 0.0 and 1.0 - along * along <= angle * angle * along * along:
                         mask[grid.rows[j]] = EDGE
+
+
+@lean_kernel
+def place_cloud(p_SPs, mask, near, far, X_WS, lower, upper, p_WPs):
+    """Write open points of W that are in range and in a box; return how many there are."""
+    count = 0
+    for k in range(len(p_SPs)):
+        x, y, z = p_SPs[k, 0], p_SPs[k, 1], p_SPs[k, 2]
+        square = x * x + y * y + z * z
+        is_in = mask[k] == OPEN and square >= near * near and square <= far * far
+        for axis in range(3):
+            at = X_WS[axis, 0] * x + X_WS[axis, 1] * y + X_WS[axis, 2] * z + X_WS[axis, 3]
+            p_WPs[count, axis] = at
+            is_in &= at >= lower[axis] and at <= upper[axis]
+        count += int(is_in)
+    return count

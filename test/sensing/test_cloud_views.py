@@ -8,7 +8,8 @@ from scene_graph_ros.geometry.perception import CameraIntrinsics
 from scene_graph_ros.geometry.spatial.poses import pose_from_xyz_rpy
 from scene_graph_ros.geometry.spatial.sums import moved
 from scene_graph_ros.sensing import CloudView, DepthRules, DepthView, SeenPoints, SelfFilter
-from scene_graph_ros.sensing.depth_kernels import CLEARED, EDGE, KEPT, OPEN, ROBOT, SEEN_AGAIN
+from scene_graph_ros.sensing.depth_kernels import CLEARED, EDGE, KEPT, SEEN_AGAIN
+from scene_graph_ros.sensing.near_cells import OPEN, ROBOT
 
 X_WS = pose_from_xyz_rpy([0.3, -1.0, 2.0], [2.5, 0.2, 0.7])
 RULES = DepthRules(near=0.1, far=8.0, margin=0.02, error=0.01)

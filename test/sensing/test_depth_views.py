@@ -18,7 +18,8 @@ from scene_graph_ros.geometry import (
 from scene_graph_ros.geometry.perception import CameraIntrinsics
 from scene_graph_ros.geometry.spatial.poses import pose_from_xyz_rpy
 from scene_graph_ros.sensing import DepthRules, DepthView, SeenPoints, SelfFilter
-from scene_graph_ros.sensing.depth_kernels import CLEARED, EDGE, KEPT, ROBOT, SEEN_AGAIN
+from scene_graph_ros.sensing.depth_kernels import CLEARED, EDGE, KEPT, SEEN_AGAIN
+from scene_graph_ros.sensing.near_cells import ROBOT
 
 LENS = CameraIntrinsics(64, 48, 50.0, 60.0, 30.0, 20.5)
 X_WC = pose_from_xyz_rpy([0.3, -1.0, 2.0], [2.5, 0.2, 0.7])

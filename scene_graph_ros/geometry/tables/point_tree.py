@@ -14,7 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.compiled.lanes import LANES
+from scene_graph_ros.geometry.compiled.lanes import (
+    LANES,
+    larger,
+    load_lanes,
+    smaller,
+    store_lanes,
+)
+from scene_graph_ros.geometry.compiled.stack_arrays import stack_array
+from scene_graph_ros.geometry.loans import RoomLender
 from scene_graph_ros.geometry.tables.holding import Holding
 
 __all__ = [
@@ -37,8 +45,21 @@ BEYOND = 1e300
 _BITS = 10
 """Of each coordinate, in a cell's number."""
 _CELLS = 1 << _BITS
+_SPREAD = np.array(
+    [sum((x >> bit & 1) << 3 * bit for bit in range(_BITS)) for x in range(_CELLS)], np.int64
+)
+"""Numbers of ten bits with two zeros between any two of them."""
+_INDEX_BITS = 32
+_INDEX = (1 << _INDEX_BITS) - 1
+"""Of a key: the bits of its point's number."""
+_KEPT_LEAVES = 1 << 9, 1 << 15
+"""Of trees whose memory is kept for the next one: that of less is not cleared by the system each
+time, and that of more is given back to it."""
 _RUN = 64
 """More points of one cell than these are sorted by themselves."""
+
+
+_corners = stack_array((2, 3 * LANES))
 
 
 class PointTree(NamedTuple):
@@ -78,91 +99,128 @@ class PlacedPoints(NamedTuple):
 
 
 @inlined_kernel
-def _spread(x):
-    """Return a number of ten bits with two zeros between any two of them."""
-    x &= _CELLS - 1
-    x = (x | x << 16) & 0x30000FF
-    x = (x | x << 8) & 0x300F00F
-    x = (x | x << 4) & 0x30C30C3
-    return (x | x << 2) & 0x9249249
+def _corners_of_all(points, corners):
+    """Write the corners of the box around all points, eight points at a time."""
+    numbers, wide = len(points) * 3, 3 * LANES
+    for k in range(min(wide, numbers)):
+        corners[0, k] = corners[1, k] = points[k // 3, k % 3]
+    if numbers >= wide:
+        # Number k of three lanes is one of coordinate k % 3.
+        la, lb, lc = (
+            load_lanes(points, 0),
+            load_lanes(points, LANES),
+            load_lanes(points, 2 * LANES),
+        )
+        ua, ub, uc = la, lb, lc
+        for at in range(wide, numbers - wide + 1, wide):
+            a, b, c = (
+                load_lanes(points, at),
+                load_lanes(points, at + LANES),
+                load_lanes(points, at + 2 * LANES),
+            )
+            la, lb, lc = smaller(la, a), smaller(lb, b), smaller(lc, c)
+            ua, ub, uc = larger(ua, a), larger(ub, b), larger(uc, c)
+        for row, first, second, third in ((0, la, lb, lc), (1, ua, ub, uc)):
+            store_lanes(corners, row * wide, first)
+            store_lanes(corners, row * wide + LANES, second)
+            store_lanes(corners, row * wide + 2 * LANES, third)
+    for k in range(3, min(wide, numbers)):
+        corners[0, k % 3] = min(corners[0, k % 3], corners[0, k])
+        corners[1, k % 3] = max(corners[1, k % 3], corners[1, k])
+    for k in range(numbers - numbers % wide, numbers):
+        corners[0, k % 3] = min(corners[0, k % 3], points[k // 3, k % 3])
+        corners[1, k % 3] = max(corners[1, k % 3], points[k // 3, k % 3])
 
 
 @inlined_kernel
-def _number_cells(points, order, first, last, codes):
-    """Write which cell of their own box some of the points are in; return the box's extent."""
-    lx = ly = lz = np.inf
-    ux = uy = uz = -np.inf
-    for k in range(first, last):
-        i = order[k]
-        x, y, z = points[i, 0], points[i, 1], points[i, 2]
-        lx, ly, lz = min(lx, x), min(ly, y), min(lz, z)
-        ux, uy, uz = max(ux, x), max(uy, y), max(uz, z)
-    extent = max(ux - lx, uy - ly, uz - lz)
-    if extent > 0.0:
-        scale = (_CELLS - 1) / extent
+def _corners_of(points, keys, first, last, corners):
+    """Write the corners of the box around some points."""
+    for axis in range(3):
+        lower, upper = np.inf, -np.inf
         for k in range(first, last):
-            i = order[k]
-            x = _spread(np.int64((points[i, 0] - lx) * scale))
-            y = _spread(np.int64((points[i, 1] - ly) * scale))
-            codes[k] = x | y << 1 | _spread(np.int64((points[i, 2] - lz) * scale)) << 2
+            x = points[keys[k] & _INDEX, axis]
+            lower, upper = min(lower, x), max(upper, x)
+        corners[0, axis], corners[1, axis] = lower, upper
+
+
+@inlined_kernel
+def _number_cells(points, keys, first, last, corners, counts):
+    """Write which cells of their box some points are in, and count digits; return its extent."""
+    lx, ly, lz = corners[0, 0], corners[0, 1], corners[0, 2]
+    extent = max(corners[1, 0] - lx, corners[1, 1] - ly, corners[1, 2] - lz)
+    scale = (_CELLS - 1) / extent
+    if not 0.0 < scale < np.inf:
+        return 0.0
+    for digit in range(_CELLS):
+        counts[0, digit] = counts[1, digit] = counts[2, digit] = 0
+    for k in range(first, last):
+        i = keys[k] & _INDEX
+        x = _SPREAD[np.int64((points[i, 0] - lx) * scale)]
+        y = _SPREAD[np.int64((points[i, 1] - ly) * scale)]
+        code = x | y << 1 | _SPREAD[np.int64((points[i, 2] - lz) * scale)] << 2
+        keys[k] = code << _INDEX_BITS | i
+        counts[0, code & _CELLS - 1] += 1
+        counts[1, code >> _BITS & _CELLS - 1] += 1
+        counts[2, code >> 2 * _BITS] += 1
     return extent
 
 
 @inlined_kernel
-def _sort_by_digit(codes, order, other_codes, other_order, first, last, shift, counts):
-    """Write a part of codes and order to the other arrays, sorted by ten bits; stable."""
-    for digit in range(_CELLS + 1):
-        counts[digit] = 0
+def _sort_by_digit(keys, other, first, last, digit, counts):
+    """Write a part of the keys to the other array, sorted by ten bits; stable."""
+    place, shift = first, _INDEX_BITS + digit * _BITS
+    for each in range(_CELLS):
+        count = counts[digit, each]
+        counts[digit, each] = place
+        place += count
     for k in range(first, last):
-        counts[(codes[k] >> shift & _CELLS - 1) + 1] += 1
-    for digit in range(_CELLS):
-        counts[digit + 1] += counts[digit]
-    for k in range(first, last):
-        digit = codes[k] >> shift & _CELLS - 1
-        place = first + counts[digit]
-        counts[digit] += 1
-        other_codes[place], other_order[place] = codes[k], order[k]
-
-
-@inlined_kernel
-def _sort_by_cells(work, first, last, counts):
-    """Sort a part by the numbers of its cells."""
-    codes, order, other_codes, other_order = work
-    _sort_by_digit(codes, order, other_codes, other_order, first, last, 0, counts)
-    _sort_by_digit(other_codes, other_order, codes, order, first, last, _BITS, counts)
-    _sort_by_digit(codes, order, other_codes, other_order, first, last, 2 * _BITS, counts)
-    for k in range(first, last):
-        codes[k], order[k] = other_codes[k], other_order[k]
+        each = keys[k] >> shift & _CELLS - 1
+        place = counts[digit, each]
+        counts[digit, each] = place + 1
+        other[place] = keys[k]
 
 
 @lean_kernel
-def _sort(points, work, counts, parts):
-    """Sort ``work[1]``, the points' order, along the curve; ``parts`` waits to be sorted."""
-    codes, order = work[0], work[1]
-    parts[0, 0], parts[0, 1], waiting = 0, len(order), 1
+def _sort(points, keys, other, counts, parts):
+    """Sort keys, each a point's number by now, along the curve; ``parts`` waits to be sorted.
+
+    A key is the number of its cell before that of the point.
+    """
+    corners = _corners()
+    parts[0, 0], parts[0, 1], waiting = 0, len(points), 1
     while waiting > 0:
         waiting -= 1
         first, last = parts[waiting, 0], parts[waiting, 1]
-        if not _number_cells(points, order, first, last, codes) > 0.0:
+        if last - first == len(points):
+            _corners_of_all(points, corners)
+        else:
+            _corners_of(points, keys, first, last, corners)
+        if not _number_cells(points, keys, first, last, corners, counts) > 0.0:
             continue
-        _sort_by_cells(work, first, last, counts)
+        _sort_by_digit(keys, other, first, last, 0, counts)
+        _sort_by_digit(other, keys, first, last, 1, counts)
+        _sort_by_digit(keys, other, first, last, 2, counts)
         begin = first
-        for k in range(first + 1, last + 1):
-            if k < last and codes[k] == codes[begin]:
+        for k in range(first, last):
+            keys[k] = other[k]
+            if keys[k] >> _INDEX_BITS == keys[begin] >> _INDEX_BITS:
                 continue
             if k - begin > _RUN:
                 parts[waiting, 0], parts[waiting, 1] = begin, k
                 waiting += 1
             begin = k
+        if last - begin > _RUN:
+            parts[waiting, 0], parts[waiting, 1] = begin, last
+            waiting += 1
 
 
 @inlined_kernel
-def _fill_leaves(points, radii, order, tree):
+def _fill_leaves(points, radii, keys, tree):
     """Write the points of all leaves, and their radii where they have their own."""
     n, has_radii = len(points), len(tree.radii) > 0
     for leaf in range(len(tree.points)):
         for i in range(LANES):
-            k = order[min(LANES * leaf + i, n - 1)]
+            k = keys[min(LANES * leaf + i, n - 1)] & _INDEX
             tree.order[LANES * leaf + i] = k
             for axis in range(3):
                 tree.points[leaf, axis, i] = points[k, axis]
@@ -205,9 +263,9 @@ def _bound_node(tree, child, row, i):
 
 
 @lean_kernel
-def _fill(points, radii, order, tree):
+def _fill(points, radii, keys, tree):
     """Write all of a tree but where its levels start."""
-    _fill_leaves(points, radii, order, tree)
+    _fill_leaves(points, radii, keys, tree)
     below, first_below = len(tree.points), 0
     for level in range(len(tree.starts) - 1):
         first = tree.starts[level]
@@ -234,21 +292,42 @@ def _fill(points, radii, order, tree):
         tree.radius[0] = max(tree.radius[0], top[6, i])
 
 
-def _new_tree(n: int, radii: FloatArray) -> PointTree:
-    """Return a tree for n points without anything in it but how it is laid out."""
-    leaves = -(-n // LANES)
+def _node_counts(leaves: int) -> list[int]:
+    """Return how many nodes there are on each level, from above the leaves."""
     counts: list[int] = []
     below = leaves
     while below > 1 or (below == 1 and not counts):
         below = -(-below // LANES)
         counts.append(below)
-    starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+    return counts
+
+
+def _new_rooms(leaves: int, memory: type[np.ndarray[Any, Any]]) -> tuple[NDArray[Any], ...]:
+    return (
+        memory((leaves, 3, LANES)),
+        memory((leaves, LANES)),
+        memory((sum(_node_counts(leaves)), BOX, LANES)),
+        memory((leaves * LANES,), np.int32),
+    )
+
+
+_rooms = RoomLender(_new_rooms, *_KEPT_LEAVES)
+_sorting = RoomLender(
+    lambda leaves, memory: (memory((2, leaves * LANES), np.int64),), *_KEPT_LEAVES
+)
+
+
+def _new_tree(n: int, radii: FloatArray) -> PointTree:
+    """Return a tree for n points without anything in it but how it is laid out."""
+    leaves = -(-n // LANES)
+    points, own, boxes, order = _rooms.take(leaves)
+    starts = np.concatenate([[0], np.cumsum(_node_counts(leaves))]).astype(np.int64)
     of_all = 0.0 if radii.ndim else float(radii)
     return PointTree(
-        np.empty((leaves, 3, LANES)),
-        np.empty((leaves if radii.ndim else 0, LANES)),
-        np.empty((int(starts[-1]), BOX, LANES)),
-        np.empty(leaves * LANES, np.int32),
+        points[:leaves],
+        own[: leaves if radii.ndim else 0],
+        boxes[: int(starts[-1])],
+        order[: leaves * LANES],
         starts,
         np.full((2, 3), [[np.inf], [-np.inf]]),
         np.array([0.0, of_all]),
@@ -273,13 +352,13 @@ def place_points(points: FloatArray, radii: FloatArray) -> PlacedPoints:
     n = len(points)
     tree = _new_tree(n, radii)
     if n > 0:
-        order = np.arange(n, dtype=np.int32)
-        codes, other = np.empty(n, np.int32), np.empty(n, np.int32)
-        counts = np.empty(_CELLS + 1, np.int64)
+        keys, other = _sorting.take(len(tree.points))[0][:, :n]
+        keys[:] = np.arange(n)
+        counts = np.empty((3, _CELLS), np.int64)
         parts = np.empty((n // _RUN + 1, 2), np.int64)
         given, own = points.view(), np.atleast_1d(radii).view()
         for array in (given, own):
             array.setflags(write=False)  # one type of argument for all
-        _sort(given, (codes, order, other, np.empty_like(order)), counts, parts)
-        _fill(given, own, order, tree)
+        _sort(given, keys, other, counts, parts)
+        _fill(given, own, keys, tree)
     return PlacedPoints(tree, n, _holding.places(tree))

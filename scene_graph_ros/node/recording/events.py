@@ -16,7 +16,7 @@ __all__ = ["EVENTS", "VERSION", "bytes_of", "decode", "encode", "text_of"]
 EVENTS = "~/recording"
 """Topic of the events, below the node's name."""
 
-VERSION = 3
+VERSION = 4
 """Of the events; a replay reads its own version only."""
 
 _HEADER = struct.Struct("<4sI")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 import threading
 import time
@@ -174,12 +174,22 @@ class Recorder:
             source, noun = key
             self._event("input", source=source, noun=noun, topic=topic, data=text_of(data))
 
-    def updated(self, limits: TimeLimits, snapshot: WorldSnapshot) -> None:
-        """Record that all inputs so far were taken; with the world's lock held."""
-        if not self._has_inputs and snapshot.sequence == self._sequence:
+    def updated(
+        self,
+        limits: TimeLimits,
+        snapshot: WorldSnapshot,
+        looked: Iterable[tuple[str, str]] = (),
+    ) -> None:
+        """Record that all inputs so far were taken; with the world's lock held.
+
+        ``looked`` are sources and nouns of the sensors' messages, the look at which began or ended
+        in this update.
+        """
+        looked = list(looked)
+        if not (self._has_inputs or looked) and snapshot.sequence == self._sequence:
             return
         self._has_inputs, self._sequence = False, snapshot.sequence
-        self._event("update", limits=list(limits), sequence=snapshot.sequence)
+        self._event("update", limits=list(limits), sequence=snapshot.sequence, looked=looked)
 
     def edited(
         self,

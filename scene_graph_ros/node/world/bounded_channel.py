@@ -33,7 +33,7 @@ class BoundedChannel(SourceChannel[Kept, T]):
         statistics = self.intake.statistics
         statistics.arrived(arrival, is_static=is_static)
         with self._lock:
-            if len(self._kept) == self.queued:
+            while len(self._kept) >= self.queued:
                 self._make_room()
                 statistics.superseded += 1
             self._kept.append(Kept(data, arrival, is_static))

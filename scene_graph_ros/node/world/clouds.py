@@ -66,6 +66,8 @@ class SourceClouds:
     fresh: dict[GeometryId, _Sensed] = field(default_factory=dict)
     sensors: dict[str, SensorState] = field(default_factory=dict)
     seen: SeenPoints = field(default_factory=_nothing)
+    look: object | None = None
+    """The one at a message that has no result yet: the next one begins with its points."""
 
     def cloud(self) -> GeometryId:
         """Return the geometry that messages are about. Raises NoCloudError."""
@@ -189,7 +191,8 @@ class SourceClouds:
         return max((state.stamp for state in self.sensors.values()), default=UNSTAMPED)
 
     def forget(self, after: int) -> None:
-        """Forget stamps later than that; the points hold."""
+        """Forget stamps later than that, and the present look; the points hold."""
+        self.look = None
         self.seen = self.seen.stamped_at_most(after)
         for state in self.sensors.values():
             state.forget(after)

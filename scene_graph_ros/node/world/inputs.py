@@ -26,6 +26,7 @@ from scene_graph_ros.node.world.source_topics import (
     JOINT_STATE,
     TF,
 )
+from scene_graph_ros.node.world.time_limits import TimeLimits
 from scene_graph_ros.node.world.world import World
 
 __all__ = ["BASE_POSES", "JOINT_POSES", "POSES", "PoseInputs", "make_channel", "message_type"]
@@ -101,6 +102,13 @@ class PoseInputs(Inputs[QueuedChannel]):
     ) -> None:
         """Call ``on_change`` when there is another subscription."""
         super().__init__(node, world, group, on_change, noun=noun, queued=QUEUED)
+
+    def collect(self, limits: TimeLimits) -> tuple[set[str], int | None]:
+        """As all inputs do; where a scene has sensors, each message is a moment for them."""
+        noted = self._world.note_poses if self._world.snapshot.sensing else None
+        for channel in self.channels:
+            channel.noted = noted
+        return super().collect(limits)
 
     def forget(self, after: int) -> None:
         """Forget messages in channels that are stamped later (ns): the clock jumped back."""

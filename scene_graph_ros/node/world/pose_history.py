@@ -1,7 +1,7 @@
 """Where frames were in the last seconds: joints and poses, interpolated to a time. No rclpy.
 
-Kept while a scene has a source that sends images, which are of a time that is past. What was
-committed counts: of messages that one update superseded there is no trace.
+Kept while a scene has a source that sends images, which are of a time that is past. Each message
+of poses is a moment.
 """
 
 from __future__ import annotations
@@ -157,6 +157,12 @@ class PoseHistory:
         """Take the poses that there are now; ``motions`` are those of the robots."""
         for name in self._moments.keys() - frames.keys():
             del self._moments[name]
+        self.note_some(frames, motions)
+
+    def note_some(
+        self, frames: Mapping[str, SourceFrames], motions: Mapping[str, RobotMotion | None]
+    ) -> None:
+        """Take the poses of some sources that there are now; the others keep their moments."""
         for name, each in frames.items():
             motion = motions[name]
             owner = each.ids if motion is None else motion

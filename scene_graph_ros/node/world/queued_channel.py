@@ -141,8 +141,8 @@ class QueuedChannel(SourceChannel[Reading, SourceFrames]):
 
     def _worth_reading(self, kept: list[Kept]) -> list[Reading]:
         """Return the messages to be read, and count the others."""
-        if len(kept) == 1:
-            return [self._reading(kept[0])]
+        if len(kept) == 1 or (self.noted is not None and len(kept) <= self.queued):
+            return [self._reading(each) for each in kept]
         to_read = _ToRead(self._supersedes, self.queued)
         for message in kept:
             to_read.add(self._reading(message))

@@ -306,11 +306,16 @@ class Scene:
             if filled is not None:
                 filled.sensors[name] = state
 
-    def note_poses(self) -> None:
-        """Remember where all is now, where a scene has clouds."""
-        if self.history is not None:
-            motions = {name: record.motion for name, record in self.records.items()}
-            self.history.note(self.frames, motions)
+    def note_poses(self, source: str | None = None) -> None:
+        """Remember where all is now, or what is one source's, where a scene has clouds."""
+        if self.history is None:
+            return
+        if source is not None:
+            motions = {source: self.records[source].motion}
+            self.history.note_some({source: self.frames[source]}, motions)
+            return
+        motions = {name: record.motion for name, record in self.records.items()}
+        self.history.note(self.frames, motions)
 
     def begin_edit(
         self,

@@ -1,7 +1,8 @@
 """Messages of a sensor, images of depth or clouds: when they count, and where it was then.
 
 A message is of a time that is past: it waits until all joints and frames that matter were heard
-for then, and makes points where they were.
+for then, and makes points where they were. That takes milliseconds, so it is looked at beside the
+updates, and a later one takes the result; messages for one cloud are looked at one by one.
 """
 
 from __future__ import annotations
@@ -9,9 +10,8 @@ from __future__ import annotations
 from abc import abstractmethod
 from dataclasses import dataclass
 import enum
+from functools import partial
 from typing import Any, Generic, Protocol, TYPE_CHECKING, TypeVar
-
-import numpy as np
 
 from scene_graph_ros.geometry.errors import NameConflictError, SceneGraphError, UnknownIdError
 from scene_graph_ros.geometry.quoting import quoted
@@ -23,15 +23,20 @@ from scene_graph_ros.node.world.intake import Intake, UNSTAMPED
 from scene_graph_ros.node.world.pose_history import NotYetError, PastError
 from scene_graph_ros.node.world.scene import SourceRecord
 from scene_graph_ros.node.world.sensor_state import SensorFrame, SensorState
+from scene_graph_ros.node.world.sensor_worker import AtOnce, Worker
 from scene_graph_ros.node.world.source_channel import Kept
 from scene_graph_ros.node.world.time_limits import TimeLimits
 from scene_graph_ros.scene_files.sensor_settings import AS_THEY_ARE
 
 if TYPE_CHECKING:
+    from concurrent.futures import Future
+
+    import numpy as np
     from numpy.typing import NDArray
 
     from scene_graph_ros.geometry.model.ids import GeometryId
-    from scene_graph_ros.sensing import CloudView, DepthRules, DepthView, SelfFilter
+    from scene_graph_ros.node.world.sensor_state import Looked
+    from scene_graph_ros.sensing import CloudView, Counts, DepthRules, DepthView, SelfFilter
 
 __all__ = ["PATIENCE", "RefusedError", "SensorChannel"]
 
@@ -68,7 +73,7 @@ R = TypeVar("R", bound=Reading)
 class _Verdict(enum.Enum):
     """What became of a message."""
 
-    APPLIED = enum.auto()
+    BEGUN = enum.auto()
     WAITS = enum.auto()
     DROPPED = enum.auto()
 
@@ -81,6 +86,18 @@ class _Read(Kept):
     stamp: int
 
 
+@dataclass(frozen=True, eq=False)
+class _Look:
+    """A message that is looked at; its clouds, and where the one that it is about was then."""
+
+    kept: _Read
+    clouds: SourceClouds
+    state: SensorState
+    cloud: GeometryId
+    X_WG: NDArray[np.float64]
+    result: Future[Looked]
+
+
 class SensorChannel(BoundedChannel[SourceClouds], Generic[R]):
     """The messages of one source. Between two updates the newest counts whose poses are there."""
 
@@ -89,8 +106,17 @@ class SensorChannel(BoundedChannel[SourceClouds], Generic[R]):
     def __init__(self, record: SourceRecord, intake: Intake, kind: Any, most_points: int) -> None:
         """Keep ``most_points`` at most."""
         super().__init__(record, intake, kind)
+        self._worker: Worker = AtOnce()
+        self._look: _Look | None = None
+        self._again: Kept | None = None
+        self.has_news = False
+        """Whether the last update began or ended a look at a message."""
         self._settings = record.sensor or AS_THEY_ARE
         self._most_points = most_points
+
+    def look_in(self, worker: Worker) -> None:
+        """Have messages looked at somewhere else than in the update."""
+        self._worker = worker
 
     @abstractmethod
     def _read_message(self, data: bytes) -> R:
@@ -119,27 +145,81 @@ class SensorChannel(BoundedChannel[SourceClouds], Generic[R]):
         # The oldest is the one whose poses come first: were it dropped, none might ever count.
         self._kept.pop()
 
-    def apply(self, kept: list[Kept], target: SourceClouds, limits: TimeLimits) -> int | None:
-        """Apply the newest message of a time that is known; return when it arrived, or None.
+    def has_result(self) -> bool:
+        """Tell whether the look at a message is over."""
+        return self._look is not None and self._look.result.done()
 
-        Newer ones wait, older ones are superseded.
+    def apply(self, kept: list[Kept], target: SourceClouds, limits: TimeLimits) -> int | None:
+        """Apply the message that was looked at; return when it arrived, or None.
+
+        Then the newest of a time that is known is looked at. Newer ones wait, older ones are
+        superseded; all wait while a message for the same cloud is looked at.
         """
-        waiting: list[Kept] = []
-        arrival = None
-        for older, one in zip(range(len(kept) - 1, -1, -1), reversed(kept), strict=True):
-            verdict, waits = self._try(one, target, limits)
-            if waits is not None:
-                waiting.insert(0, waits)
-            if verdict is _Verdict.APPLIED:
-                self.intake.statistics.superseded += older
-                arrival = one.arrival
-                break
+        self.has_news = False
+        arrival, waiting = self._finish(target), list[Kept]()
+        if self._look is None and self._again is not None:
+            kept, self._again = [self._again, *kept], None
+        if target.look is not None:
+            waiting = kept
+        else:
+            for older, one in zip(range(len(kept) - 1, -1, -1), reversed(kept), strict=True):
+                verdict, waits = self._try(one, target, limits)
+                if waits is not None:
+                    waiting.insert(0, waits)
+                if verdict is _Verdict.BEGUN:
+                    self.intake.statistics.superseded += older
+                    self.has_news = True
+                    break
+        if self._worker.is_at_once and arrival is None:
+            arrival = self._finish(target)
         with self._lock:
             self._kept.extendleft(reversed(waiting))
         return arrival
 
+    def _finish(self, clouds: SourceClouds) -> int | None:
+        """Take the result of a look, if it has come; return when its message arrived."""
+        look = self._look
+        if look is None or not look.result.done():
+            return None
+        self._look, self.has_news = None, True
+        if clouds is not look.clouds:
+            self._again = look.kept  # The scene is another: so may be what the message shows.
+            return None
+        if clouds.look is not look:
+            self.intake.statistics.superseded += 1
+            return None
+        clouds.look = None
+        try:
+            looked = look.result.result()
+        except SceneGraphError as error:
+            self.intake.fault(Fault.MALFORMED, "", str(error))
+            return None
+        clouds.seen = looked.seen
+        look.state.take(looked)
+        clouds.see(look.cloud, look.X_WG)
+        self._tell(look.kept.reading, looked.counts, len(clouds.seen))
+        return look.kept.arrival
+
+    def _tell(self, reading: Any, counts: Counts, points: int) -> None:
+        """Have diagnostics tell what a message brought."""
+        if counts.let_go:
+            self.intake.fault(
+                Fault.TOO_LARGE,
+                "",
+                f"more points were seen than max_points_per_cloud, {self._most_points}: the oldest"
+                f" {counts.let_go} are let go",
+            )
+        self.newest = {
+            "points": points,
+            f"points of the newest {self._message}": counts.new,
+            "points cleared by it": counts.cleared,
+            "points seen again in it": counts.seen_again,
+            **self._said(reading),
+        }
+        self.intake.count(counts.new)
+
     def _apply_one(self, kept: Kept, target: SourceClouds, limits: TimeLimits) -> int:
-        return int(self._try(kept, target, limits)[0] is _Verdict.APPLIED)
+        return int(self._try(kept, target, limits)[0] is _Verdict.BEGUN)
 
     def _try(
         self, kept: Kept, clouds: SourceClouds, limits: TimeLimits
@@ -154,7 +234,7 @@ class SensorChannel(BoundedChannel[SourceClouds], Generic[R]):
                 kept = _Read(b"", kept.arrival, kept.is_static, reading, stamp)
             name = kept.reading.frame_id
             used = limits.of_static() if kept.is_static else limits
-            verdict = self._look(kept.reading, kept.stamp, clouds, used)
+            verdict = self._begin(kept, clouds, used)
         except NoCloudError as error:
             self.intake.fault(Fault.UNKNOWN_GEOMETRY, "", str(error))
         except (UnknownIdError, NameConflictError) as error:
@@ -167,7 +247,9 @@ class SensorChannel(BoundedChannel[SourceClouds], Generic[R]):
             return verdict, kept if verdict is _Verdict.WAITS else None
         return _Verdict.DROPPED, None
 
-    def _look(self, reading: R, stamp: int, clouds: SourceClouds, limits: TimeLimits) -> _Verdict:
+    def _begin(self, kept: _Read, clouds: SourceClouds, limits: TimeLimits) -> _Verdict:
+        """Begin to look at a message."""
+        reading, stamp = kept.reading, kept.stamp
         cloud, state = clouds.cloud(), clouds.sensors[self.record.name]
         self._check_place(clouds, cloud)
         late = limits.problem(stamp, stamp if state.stamp == UNSTAMPED else state.stamp)
@@ -193,31 +275,14 @@ class SensorChannel(BoundedChannel[SourceClouds], Generic[R]):
             why = f"{self._a_message} is too old to be placed: {error}"
             raise RefusedError(Fault.NO_POSES, why) from error
         X_WS = compose(X_WF[sensor.frame], sensor.X_FS)
-        clouds.seen, counts = state.look(
-            lambda rules, own: self._view(reading, state, X_WS, rules, own),
-            X_WF,
-            clouds.seen,
-            stamp,
-            clouds.inspector.get_shape(cloud).radius,
-            self._most_points,
+        view = partial(self._view, reading, state, X_WS)
+        radius = clouds.inspector.get_shape(cloud).radius
+        result = self._worker.start(
+            partial(state.look, view, X_WF, clouds.seen, stamp, radius, self._most_points)
         )
-        clouds.see(cloud, compose(X_WF[frame], clouds.inspector.get_pose_in_frame(cloud)))
-        if counts.let_go:
-            self.intake.fault(
-                Fault.TOO_LARGE,
-                "",
-                f"more points were seen than max_points_per_cloud, {self._most_points}: the oldest"
-                f" {counts.let_go} are let go",
-            )
-        self.newest = {
-            "points": len(clouds.seen),
-            f"points of the newest {self._message}": counts.new,
-            "points cleared by it": counts.cleared,
-            "points seen again in it": counts.seen_again,
-            **self._said(reading),
-        }
-        self.intake.count(counts.new)
-        return _Verdict.APPLIED
+        X_WG = compose(X_WF[frame], clouds.inspector.get_pose_in_frame(cloud))
+        self._look = clouds.look = _Look(kept, clouds, state, cloud, X_WG, result)
+        return _Verdict.BEGUN
 
     _message = "message"
 

@@ -10,6 +10,7 @@ from rclpy.node import Node
 from scene_graph_ros.node.runtime.loop import OwnThreadGroup
 from scene_graph_ros.node.world.intake import Intake
 from scene_graph_ros.node.world.scene import SourceRecord
+from scene_graph_ros.node.world.sensor_worker import Worker
 from scene_graph_ros.node.world.source_channel import Inputs, SourceChannel
 from scene_graph_ros.node.world.source_topics import DEPTH_IMAGES
 from scene_graph_ros.node.world.time_limits import TimeLimits
@@ -63,7 +64,10 @@ class _SensorInputs(Inputs[C], Generic[C]):
         return self._world.clouds.get(self._world.records[name].filled)
 
 
-class _ViewInputs(_SensorInputs[C], Generic[C]):
+V = TypeVar("V", bound="PointChannel | DepthChannel")
+
+
+class _ViewInputs(_SensorInputs[V], Generic[V]):
     """Those of messages that are views of the world."""
 
     def __init__(
@@ -75,13 +79,27 @@ class _ViewInputs(_SensorInputs[C], Generic[C]):
         noun: str,
         most_points: int,
         lack: Callable[[str], str],
+        worker: Worker,
     ) -> None:
         """Call ``on_change`` when a subscription is replaced by another.
 
-        A cloud has ``most_points`` at most; ``lack`` says which of a group's kernels are missing.
+        A cloud has ``most_points`` at most; ``lack`` says which of a group's kernels are missing;
+        ``worker`` looks at messages.
         """
         super().__init__(node, world, group, on_change, noun)
         self._most_points, self._lack = most_points, lack
+        self._worker = worker
+
+    @property
+    def news(self) -> list[str]:
+        """The sources for which the last update began or ended a look at a message."""
+        return [name for name, channel in self._channels.open.items() if channel.has_news]
+
+    def collect(self, limits: TimeLimits) -> tuple[set[str], int | None]:
+        """As all sensors' inputs do."""
+        for channel in self._channels:
+            channel.has_news = False
+        return super().collect(limits)
 
     def _wanted(self) -> Iterable[str]:
         is_depth = self.noun == DEPTH_IMAGES
@@ -106,7 +124,9 @@ class PointInputs(_ViewInputs["PointChannel"]):
     def _make(self, record: SourceRecord) -> PointChannel:
         from scene_graph_ros.node.world.point_channel import PointChannel
 
-        return PointChannel(record, Intake(record.name, self._warn), self._most_points)
+        channel = PointChannel(record, Intake(record.name, self._warn), self._most_points)
+        channel.look_in(self._worker)
+        return channel
 
 
 class DepthInputs(_ViewInputs["DepthChannel"]):
@@ -115,7 +135,9 @@ class DepthInputs(_ViewInputs["DepthChannel"]):
     def _make(self, record: SourceRecord) -> DepthChannel:
         from scene_graph_ros.node.world.depth_channel import DepthChannel
 
-        return DepthChannel(record, Intake(record.name, self._warn), self._most_points)
+        channel = DepthChannel(record, Intake(record.name, self._warn), self._most_points)
+        channel.look_in(self._worker)
+        return channel
 
 
 class InfoInputs(_SensorInputs["InfoChannel"]):

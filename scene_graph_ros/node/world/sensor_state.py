@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from scene_graph_ros.geometry.perception import CameraDescription
     from scene_graph_ros.sensing import CloudView, DepthView
 
-__all__ = ["SensorFrame", "SensorState", "Surroundings", "states_of"]
+__all__ = ["Looked", "SensorFrame", "SensorState", "Surroundings", "states_of"]
 
 
 class SensorFrame(NamedTuple):
@@ -37,6 +37,17 @@ class SensorFrame(NamedTuple):
 
     frame: FrameId
     X_FS: NDArray[np.float64]
+
+
+class Looked(NamedTuple):
+    """What a message, taken at ``stamp`` ns, has told."""
+
+    new: NewPoints
+    """Its points, without the robot's."""
+    stamp: int
+    seen: SeenPoints
+    """All that there are after it."""
+    counts: Counts
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,10 +137,11 @@ class SensorState:
         stamp: int,
         error: float,
         most: int,
-    ) -> tuple[SeenPoints, Counts]:
-        """Return the points after a message, with all frames where they were then.
+    ) -> Looked:
+        """Look at a message, with all frames where they were then; any thread, one at a time.
 
-        ``seen`` are those before, ``most`` are kept, and ``view_of`` makes the message's view.
+        ``seen`` are the points before, ``most`` are kept, and ``view_of`` makes the message's
+        view. Nothing but the places of the filters changes.
         """
         own, load = self.filters
         own.place(X_WF)
@@ -138,10 +150,14 @@ class SensorState:
             load.place(X_WF)
             seen = seen.only(~load.near(seen.p_WPs, self.settings.padding))
         view = view_of(self.rules(error), own)
-        self.newest, self.stamp = view.points(), stamp
+        new = view.points()
         if self.settings.remembers:
-            return seen.after(view, self.newest, stamp, most, self.number)
-        return seen.replaced(self.newest, stamp, most, self.number)
+            return Looked(new, stamp, *seen.after(view, new, stamp, most, self.number))
+        return Looked(new, stamp, *seen.replaced(new, stamp, most, self.number))
+
+    def take(self, looked: Looked) -> None:
+        """Have a message's points as the newest."""
+        self.newest, self.stamp = looked.new, looked.stamp
 
     def forget(self, after: int) -> None:
         """Forget stamps later than that: the clock jumped."""

@@ -75,6 +75,14 @@ class SourceChannel(ABC, Generic[K, T]):
     def take(self) -> list[Kept]:
         """Take all messages that were kept, oldest first."""
 
+    noted: Callable[[str], object] | None = None
+    """Called with the source after each message that moved something, if all of them matter: each
+    is a moment between which others are interpolated."""
+
+    def has_result(self) -> bool:
+        """Tell whether something of an earlier message is to be applied."""
+        return False
+
     @abstractmethod
     def _worth_reading(self, kept: list[Kept]) -> Sequence[K]:
         """Return the messages to be read, and count the others."""
@@ -84,8 +92,10 @@ class SourceChannel(ABC, Generic[K, T]):
         arrival = None
         for one in self._worth_reading(kept):
             try:
-                if self._apply_one(one, target, limits) and arrival is None:
-                    arrival = one.arrival
+                if self._apply_one(one, target, limits):
+                    arrival = one.arrival if arrival is None else arrival
+                    if self.noted is not None:
+                        self.noted(self.record.name)
             except SceneGraphError as error:
                 self.intake.fault(Fault.MALFORMED, "", str(error))
         return arrival
@@ -118,7 +128,7 @@ def apply_kept(
     Where ``record`` is not the channel's any more, or there is no ``target()``, it is forgotten.
     """
     kept = channel.take()
-    if not kept or record is not channel.record:
+    if not (kept or channel.has_result()) or record is not channel.record:
         return None
     found = target()
     return None if found is None else channel.apply(kept, found, limits)

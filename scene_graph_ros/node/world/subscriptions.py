@@ -13,6 +13,7 @@ from scene_graph_ros.node.world.description_channel import Describe, Description
 from scene_graph_ros.node.world.height_inputs import HeightInputs
 from scene_graph_ros.node.world.inputs import BASE_POSES, JOINT_POSES, PoseInputs, POSES
 from scene_graph_ros.node.world.sensor_inputs import DepthInputs, InfoInputs, PointInputs
+from scene_graph_ros.node.world.sensor_worker import SensorWorker
 from scene_graph_ros.node.world.source_channel import Inputs
 from scene_graph_ros.node.world.source_topics import CAMERA_INFO, DEPTH_IMAGES
 from scene_graph_ros.node.world.time_limits import TimeLimits
@@ -31,6 +32,8 @@ class Collected(NamedTuple):
     """The configurations that came, as `World.commit` takes them."""
     sensed: set[str]
     """Names of the sources whose clouds, fields or grids have other points, heights or voxels."""
+    looked: list[tuple[str, str]]
+    """Sources and nouns of sensors' messages, the look at which began or ended."""
     first: int | None
     """The steady time of the first arrival, ns; None without any."""
 
@@ -48,11 +51,12 @@ class Subscriptions:
         most_points: int,
         most_voxels: int,
         lack: Callable[[str], str],
+        request: Callable[[], None],
     ) -> None:
         """``describe`` takes a source's name, the text of its robot, and a callback.
 
         A message of points has ``most_points`` at most, a map ``most_voxels``; ``lack`` says which
-        kernels of a group are missing.
+        kernels of a group are missing; ``request`` asks for an update, from any thread.
         """
         self._world = world
         self._poses = [
@@ -60,7 +64,8 @@ class Subscriptions:
             for noun in (POSES, BASE_POSES, JOINT_POSES)
         ]
         self._configurations = ConfigurationInputs(node, world, group, changed)
-        of_views = most_points, lack
+        self._worker = SensorWorker(request)
+        of_views = most_points, lack, self._worker
         self._points = PointInputs(node, world, group, changed, "points", *of_views)
         self._info = InfoInputs(node, world, group, changed, CAMERA_INFO)
         self._heights = HeightInputs(node, world, group, changed)
@@ -94,6 +99,7 @@ class Subscriptions:
         deformed, arrived = self._configurations.collect(limits)
         moved = {name for names, _ in collected for name in names}
         arrivals, sensed = [arrived, *(arrival for _, arrival in collected)], set[str]()
+        looked: list[tuple[str, str]] = []
         if self._world.snapshot.sensing:
             self._world.note_poses()
             points = self._points.collect(limits)
@@ -101,6 +107,8 @@ class Subscriptions:
             images = self._images.collect(limits)
             sensed = points[0] | images[0]
             arrivals += [points[1], images[1]]
+            for views in (self._points, self._images):
+                looked += [(name, views.noun) for name in views.news]
         snapshot = self._world.snapshot
         for inputs, wanted in (
             (self._heights, snapshot.with_fields),
@@ -111,7 +119,8 @@ class Subscriptions:
                 sensed |= changed
                 arrivals.append(arrived)
         # Steady times are never 0.
-        return Collected(moved, deformed, sensed, min(filter(None, arrivals), default=None))
+        first = min(filter(None, arrivals), default=None)
+        return Collected(moved, deformed, sensed, looked, first)
 
     def forget(self, after: int) -> None:
         """Forget stamps later than that; the poses hold."""
@@ -127,3 +136,4 @@ class Subscriptions:
         """End all subscriptions."""
         for inputs in self.all:
             inputs.close()
+        self._worker.close()

@@ -286,9 +286,12 @@ class World:
             self._publish(arrival)
             return self._snapshot
 
-    def note_poses(self) -> None:
-        """Remember where all is by now, for messages of an earlier time; hold ``lock``."""
-        self._scene.note_poses()
+    def note_poses(self, source: str | None = None) -> None:
+        """Remember where all is by now, or what is one source's; hold ``lock``.
+
+        That is for messages of an earlier time.
+        """
+        self._scene.note_poses(source)
 
     def set_accuracy(self, accuracy: str) -> None:
         """Answer from now on at this tier; snapshots that are out keep theirs."""

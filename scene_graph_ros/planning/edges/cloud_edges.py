@@ -83,7 +83,7 @@ def _look_at_group(checked, table, scratch, tree, c, group, k, half, tolerance, 
             count += 1
     if count == 0:
         return NO_PAIR, False
-    is_empty, any_open = not may_be_near(tree, table.counts[c], box[0], box[1]), False
+    is_empty, any_open = not may_be_near(tree, table, c, box[0], box[1]), False
     for m in range(first, last):
         if not is_open[m]:
             continue
@@ -93,7 +93,7 @@ def _look_at_group(checked, table, scratch, tree, c, group, k, half, tolerance, 
         a, need = table.bodies[m], _needs(table, motions, c, m, half, tolerance)
         if count > 1:
             lower, upper = box_of(clouds, a, k, need)
-            if not may_be_near(tree, table.counts[c], lower, upper):
+            if not may_be_near(tree, table, c, lower, upper):
                 is_open[m] = False
                 continue
         body, where = body_in_cloud(bodies, table, clouds, a, k), (places, table, c, k)
@@ -104,6 +104,9 @@ def _look_at_group(checked, table, scratch, tree, c, group, k, half, tolerance, 
             continue
         any_open = True
         need = table.paddings[m] + table.slacks[c]
+        lower, upper = box_of(clouds, a, k, need)
+        if not may_be_near(tree, table, c, lower, upper):
+            continue
         if any_near(held, tree, body, where, need, limit, True, guesses, a):
             return table.pairs[m], True
     return NO_PAIR, any_open

@@ -1,7 +1,9 @@
-"""How many points of a cloud are in a box, at most: eight numbers tell, however large it is.
+"""Whether points of a cloud may be in a box: one number tells mostly, else eight, of any box.
 
-A grid of cells counts the points before each of its corners (Crow, *Summed-Area Tables for Texture
-Mapping*, 1984, in three dimensions).
+A grid of cells has for each the distance in cells to the nearest that has points, as king's moves
+(Rosenfeld and Pfaltz, *Distance Functions on Digital Pictures*, 1968), and counts the points
+before each of its corners (Crow, *Summed-Area Tables for Texture Mapping*, 1984, in three
+dimensions).
 """
 
 from __future__ import annotations
@@ -14,12 +16,18 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.compiled.lanes import LANES
 
-__all__ = ["CELLS", "count_points", "may_be_near"]
+__all__ = ["CELLS", "count_points", "grid_scale", "king_moves", "may_be_near"]
 
 CELLS = 48
 """Along each axis of the box around all points."""
 
 _STEP_Y, _STEP_Z = CELLS + 1, (CELLS + 1) ** 2
+
+_MOST_MOVES = 16
+"""That are told apart."""
+
+_HAIR = 1e-9
+"""Of a cell: more than rounding moves places by."""
 
 
 @inlined_kernel
@@ -60,18 +68,68 @@ def count_points(tree: Any) -> NDArray[np.int32]:
     return counts
 
 
+def grid_scale(tree: Any) -> NDArray[np.float64]:
+    """Return the cells per m along each axis, ``(3,)``."""
+    scale = np.empty(3)
+    _scales(tree, scale)
+    return scale
+
+
+@lean_kernel
+def _scales(tree, scale):
+    for axis in range(3):
+        scale[axis] = _scale(tree, axis)
+
+
+def king_moves(counts: NDArray[np.int32]) -> NDArray[np.uint8]:
+    """Return the king's moves ``(CELLS^3,)``, x first, from cells to the nearest with points.
+
+    ``counts`` are those of `count_points`; _MOST_MOVES stands for as many or more.
+    """
+    sums = counts.reshape(3 * (CELLS + 1,))
+    own = np.diff(np.diff(np.diff(sums, axis=0), axis=1), axis=2) != 0
+    moves = np.where(own, 0, _MOST_MOVES).astype(np.uint8)
+    near = own
+    for step in range(1, _MOST_MOVES):
+        for axis in range(3):
+            wide = near.copy()
+            first, last = _halves(axis)
+            wide[first] |= near[last]
+            wide[last] |= near[first]
+            near = wide
+        moves[near & (moves > step)] = step
+        if near.all():
+            break
+    return moves.reshape(-1)
+
+
+def _halves(axis: int) -> tuple[tuple[slice, ...], tuple[slice, ...]]:
+    """Return the indices of all cells but the last along an axis, and of all but the first."""
+    return (
+        tuple(slice(None, -1) if k == axis else slice(None) for k in range(3)),
+        tuple(slice(1, None) if k == axis else slice(None) for k in range(3)),
+    )
+
+
 @inlined_kernel
-def may_be_near(tree, counts, lower, upper):
-    """Tell whether balls may be in a box along the axes of C."""
+def may_be_near(tree, table, c, lower, upper):
+    """Tell whether balls may be in a box along the axes of C, cloud c of a table."""
     low, high, radius = tree.bounds[0], tree.bounds[1], tree.radius[0]
-    a, b, c = lower[0] - radius, lower[1] - radius, lower[2] - radius
+    a, b, c0 = lower[0] - radius, lower[1] - radius, lower[2] - radius
     d, e, f = upper[0] + radius, upper[1] + radius, upper[2] + radius
-    if a > high[0] or b > high[1] or c > high[2] or d < low[0] or e < low[1] or f < low[2]:
+    if a > high[0] or b > high[1] or c0 > high[2] or d < low[0] or e < low[1] or f < low[2]:
         return False
-    sx, sy, sz = _scale(tree, 0), _scale(tree, 1), _scale(tree, 2)
+    scale, counts, moves = table.scales[c], table.counts[c], table.moves[c]
+    sx, sy, sz = scale[0], scale[1], scale[2]
+    mx, my, mz = 0.5 * (a + d), 0.5 * (b + e), 0.5 * (c0 + f)
+    if low[0] <= mx <= high[0] and low[1] <= my <= high[1] and low[2] <= mz <= high[2]:
+        half = max(max(0.5 * (d - a) * sx, 0.5 * (e - b) * sy), 0.5 * (f - c0) * sz) + _HAIR
+        at = _cell_of(low[0], sx, mx) + CELLS * _cell_of(low[1], sy, my)
+        if half + 1.0 < moves[at + CELLS * CELLS * _cell_of(low[2], sz, mz)]:
+            return False
     x, last_x = _cell_of(low[0], sx, a), _cell_of(low[0], sx, d) + 1
     y, last_y = _cell_of(low[1], sy, b) * _STEP_Y, (_cell_of(low[1], sy, e) + 1) * _STEP_Y
-    z, last_z = _cell_of(low[2], sz, c) * _STEP_Z, (_cell_of(low[2], sz, f) + 1) * _STEP_Z
+    z, last_z = _cell_of(low[2], sz, c0) * _STEP_Z, (_cell_of(low[2], sz, f) + 1) * _STEP_Z
     behind = counts[last_x + last_y + last_z] - counts[x + last_y + last_z]
     behind += counts[x + y + last_z] - counts[last_x + y + last_z]
     before = counts[last_x + last_y + z] - counts[x + last_y + z]

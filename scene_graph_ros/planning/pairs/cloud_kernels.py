@@ -102,7 +102,7 @@ def _first_in_group(held, bodies, table, scratch, tree, c, group, k, found, plac
         if table.pairs[m] < found:
             need = table.paddings[m] + slack
             box = joined_box(box, box_of(scratch, table.bodies[m], k, need))
-    if not may_be_near(tree, table.counts[c], box[0], box[1]):
+    if not may_be_near(tree, table, c, box[0], box[1]):
         return found
     is_one = table.groups[group, 1] - table.groups[group, 0] == 1
     for m in range(table.groups[group, 0], table.groups[group, 1]):
@@ -111,7 +111,7 @@ def _first_in_group(held, bodies, table, scratch, tree, c, group, k, found, plac
         a, need = table.bodies[m], table.paddings[m] + slack
         if not is_one:
             lower, upper = box_of(scratch, a, k, need)
-            if not may_be_near(tree, table.counts[c], lower, upper):
+            if not may_be_near(tree, table, c, lower, upper):
                 continue
         body, where = body_in_cloud(bodies, table, scratch, a, k), (places, table, c, k)
         limit = table.paddings[m] - table.touching[m]

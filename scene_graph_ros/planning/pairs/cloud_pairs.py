@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.spatial.sums import product
 from scene_graph_ros.planning.pairs.checker_plan import CheckerPlan
-from scene_graph_ros.planning.pairs.cloud_grid import count_points
+from scene_graph_ros.planning.pairs.cloud_grid import count_points, grid_scale, king_moves
 from scene_graph_ros.planning.pairs.cloud_tables import CloudScratch, CloudTable
 from scene_graph_ros.robots.tree_kernels import LANES
 
@@ -44,7 +44,9 @@ def new_scratch(plan: CheckerPlan) -> CloudScratch:
     """Return scratch for one thread."""
     robots = len(plan.carried)
     return CloudScratch(
-        np.empty((robots, 12, LANES)), np.empty((robots, 6, LANES)), np.zeros(robots, np.int64)
+        np.empty((robots, 12, LANES)),
+        np.empty((robots, 6, LANES)),
+        np.full((robots, 2), -1),
     )
 
 
@@ -102,6 +104,7 @@ def _split(plan: CheckerPlan) -> SplitPlan | None:
     X_WC = np.stack([plan.bodies.X_WG[b[pairs[groups[g][0]]] - robots] for _, g, _ in clouds])
     R_CW = X_WC[:, :, :3].transpose(0, 2, 1)
     X_CW = np.concatenate([R_CW, product(-R_CW, X_WC[:, :, 3:])], axis=2)
+    counts = np.stack([count_points(plan.shapes.clouds[cloud].tree) for cloud, _, _ in clouds])
     quick = CloudTable(
         pairs,
         np.ascontiguousarray(a[pairs]),
@@ -112,7 +115,9 @@ def _split(plan: CheckerPlan) -> SplitPlan | None:
         np.ascontiguousarray(X_CW),
         np.ascontiguousarray(X_WC),
         np.array([_slack(plan, cloud, X) for (cloud, _, _), X in zip(clouds, X_WC, strict=True)]),
-        np.stack([count_points(plan.shapes.clouds[cloud].tree) for cloud, _, _ in clouds]),
+        counts,
+        np.stack([king_moves(each) for each in counts]),
+        np.stack([grid_scale(plan.shapes.clouds[cloud].tree) for cloud, _, _ in clouds]),
         starts,
         planes,
     )
@@ -169,6 +174,24 @@ def _planes(plan: CheckerPlan) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
             hulls, hull = table.hulls, table.hull[row]
             faces = slice(hulls.face_start[hull], hulls.face_start[hull + 1])
             planes = np.column_stack([hulls.face_normals[faces], hulls.face_offsets[faces]])
+            planes = planes[_spread(planes[:, :3])]
         found.append(planes)
         counts.append(len(planes))
     return np.cumsum(counts).astype(np.int64), np.concatenate(found)
+
+
+def _spread(normals: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return an order of normals ``(n, 3)`` in which those that follow each other differ.
+
+    Each in turn is of another cell of directions, so that few planes tell where most points are.
+    """
+    largest = np.abs(normals).argmax(axis=1)
+    rows = np.arange(len(normals))
+    signs = normals > 0.0
+    steep = np.abs(normals) > 0.5 * np.abs(normals[rows, largest])[:, np.newaxis]
+    cells = largest * 64 + signs @ [1, 2, 4] + 8 * (steep @ [1, 2, 4])
+    order = np.argsort(cells, kind="stable")
+    first = np.searchsorted(cells[order], cells[order])
+    rank = np.empty_like(rows)
+    rank[order] = rows - first
+    return np.lexsort([cells, rank])

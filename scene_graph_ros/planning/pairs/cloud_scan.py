@@ -54,7 +54,7 @@ def _beyond_planes(x, y, z, radii, bits, body, need, planes, guesses, a):
     center, first, last = body[3], body[4], body[5]
     x, y, z = x + center[0], y + center[1], z + center[2]
     enough = radii + need
-    guess = guesses[a]
+    guess = guesses[a, 0]
     if first <= guess < last:
         n = planes[guess]
         bits &= ~bits_of(x * n[0] + y * n[1] + z * n[2] - n[3] >= enough)
@@ -63,10 +63,42 @@ def _beyond_planes(x, y, z, radii, bits, body, need, planes, guesses, a):
         n = planes[k]
         left = bits & ~bits_of(x * n[0] + y * n[1] + z * n[2] - n[3] >= enough)
         if left != bits:
-            guesses[a] = k
+            guesses[a, 0] = k
         bits = left
         k += 1
     return bits
+
+
+@inlined_kernel
+def _plane_in_cloud(body, planes, guess, need):
+    """Return a plane of a body in C, as (normal, its entries' sizes, the gap of the box's centre).
+
+    The gap is less by ``need``; without a plane nothing is beyond it.
+    """
+    R, center, first, last = body[0], body[3], body[4], body[5]
+    if not first <= guess < last:
+        return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), -1e300
+    n = planes[guess]
+    x = R[0] * n[0] + R[1] * n[1] + R[2] * n[2]
+    y = R[3] * n[0] + R[4] * n[1] + R[5] * n[2]
+    z = R[6] * n[0] + R[7] * n[1] + R[8] * n[2]
+    gap = n[0] * center[0] + n[1] * center[1] + n[2] * center[2] - n[3] - need
+    return (x, y, z), (abs(x), abs(y), abs(z)), gap
+
+
+@inlined_kernel
+def _children_near(boxes, at, body, half, turned, plane):
+    """Return a mask of the children of a node that boxes and a plane do not tell to be far."""
+    middle, (n, m, offset) = body[2], plane
+    lx, ux = load_lanes(boxes, at), load_lanes(boxes, at + 3 * LANES)
+    ly, uy = load_lanes(boxes, at + LANES), load_lanes(boxes, at + 4 * LANES)
+    lz, uz = load_lanes(boxes, at + 2 * LANES), load_lanes(boxes, at + 5 * LANES)
+    px, qx = 0.5 * (lx + ux) - middle[0], 0.5 * (ux - lx)
+    py, qy = 0.5 * (ly + uy) - middle[1], 0.5 * (uy - ly)
+    pz, qz = 0.5 * (lz + uz) - middle[2], 0.5 * (uz - lz)
+    gap = _near_box(px, py, pz, qx, qy, qz, body, half, turned)
+    beyond = n[0] * px + n[1] * py + n[2] * pz - (m[0] * qx + m[1] * qy + m[2] * qz) + offset
+    return bits_of(larger(gap, beyond) < load_lanes(boxes, at + 6 * LANES))
 
 
 @inlined_kernel
@@ -84,6 +116,16 @@ def _exact_pose(places, table, c, a, k):
 
 
 @inlined_kernel
+def _is_nearer(held, tree, node, i, radius, most, j, where, a):
+    """Tell whether a ball is nearer to a body than ``most``, m, as any pair is decided."""
+    places, table, c, k = where
+    p = (tree.points[node, 0, i], tree.points[node, 1, i], tree.points[node, 2, i])
+    point, reach = point_row_of(held), max(most + radius, 0.0)
+    arguments = held, point, j, (_IDENTITY, p), _exact_pose(places, table, c, a, k), reach, 0.0
+    return _pair_distance(measure_of(held), arguments)[0] - radius < most
+
+
+@inlined_kernel
 def any_near(held, tree, body, where, need, limit, decides, guesses, a):
     """Tell whether a ball may be nearer than ``need`` (m) to a body; see ``body_in_cloud``.
 
@@ -92,7 +134,7 @@ def any_near(held, tree, body, where, need, limit, decides, guesses, a):
     pair is decided.
     """
     R, _, middle, _, first, last, box, j = body
-    places, table, c, k = where
+    table = where[1]
     half = (box[0] + need, box[1] + need, box[2] + need)
     M = body[1]
     turned = (
@@ -103,21 +145,18 @@ def any_near(held, tree, body, where, need, limit, decides, guesses, a):
     nodes, count = _nodes(), 0
     if len(tree.points) > 0:
         nodes[0, 0], nodes[0, 1], count = len(tree.starts) - 1, 0, 1
+        if not decides and 0 <= guesses[a, 1] < len(tree.points):
+            # Bodies move little from one look at them to the next.
+            nodes[1, 0], nodes[1, 1], count = 0, guesses[a, 1], 2
     has_radii = len(tree.radii) > 0
+    guess = guesses[a, 0]
+    plane = _plane_in_cloud(body, table.planes, guess, need)
     while count > 0:
         count -= 1
         level, node = nodes[count, 0], nodes[count, 1]
         if level > 0:
-            at, boxes = (tree.starts[level - 1] + node) * BOX * LANES, tree.boxes
-            lx, ux = load_lanes(boxes, at), load_lanes(boxes, at + 3 * LANES)
-            ly, uy = load_lanes(boxes, at + LANES), load_lanes(boxes, at + 4 * LANES)
-            lz, uz = load_lanes(boxes, at + 2 * LANES), load_lanes(boxes, at + 5 * LANES)
-            gap = _near_box(
-                0.5 * (lx + ux) - middle[0], 0.5 * (ly + uy) - middle[1],
-                0.5 * (lz + uz) - middle[2], 0.5 * (ux - lx), 0.5 * (uy - ly), 0.5 * (uz - lz),
-                body, half, turned,
-            )  # fmt: skip
-            bits = bits_of(gap < load_lanes(boxes, at + 6 * LANES))
+            at = tree.starts[level - 1] + node
+            bits = _children_near(tree.boxes, at * BOX * LANES, body, half, turned, plane)
             while bits != 0:
                 i = lowest_bit(bits)
                 bits &= bits - 1
@@ -125,29 +164,30 @@ def any_near(held, tree, body, where, need, limit, decides, guesses, a):
                 count += 1
             continue
         at = node * 3 * LANES
-        px, py = load_lanes(tree.points, at), load_lanes(tree.points, at + LANES)
-        pz = load_lanes(tree.points, at + 2 * LANES)
-        dx, dy, dz = px - middle[0], py - middle[1], pz - middle[2]
+        dx = load_lanes(tree.points, at) - middle[0]
+        dy = load_lanes(tree.points, at + LANES) - middle[1]
+        dz = load_lanes(tree.points, at + 2 * LANES) - middle[2]
         radii = dx * 0.0 + tree.radius[1]
         if has_radii:
             radii = load_lanes(tree.radii, node * LANES)
         gap = _near_box(dx, dy, dz, 0.0, 0.0, 0.0, body, half, turned)
         bits = bits_of(gap < radii)
-        if bits != 0 and last > first:
-            x = R[0] * dx + R[3] * dy + R[6] * dz
-            y = R[1] * dx + R[4] * dy + R[7] * dz
-            z = R[2] * dx + R[5] * dy + R[8] * dz
-            bits = _beyond_planes(x, y, z, radii, bits, body, need, table.planes, guesses, a)
+        if bits == 0:
+            continue
+        x = R[0] * dx + R[3] * dy + R[6] * dz
+        y = R[1] * dx + R[4] * dy + R[7] * dz
+        z = R[2] * dx + R[5] * dy + R[8] * dz
+        bits = _beyond_planes(x, y, z, radii, bits, body, need, table.planes, guesses, a)
+        if guesses[a, 0] != guess:
+            guess = guesses[a, 0]
+            plane = _plane_in_cloud(body, table.planes, guess, need)
         while bits != 0:
             i = lowest_bit(bits)
             bits &= bits - 1
-            if not decides and last > first:
-                return True
-            p = (tree.points[node, 0, i], tree.points[node, 1, i], tree.points[node, 2, i])
+            is_told = not decides and last > first
             radius = tree.radii[node, i] if has_radii else tree.radius[1]
-            most, X_CB = limit if decides else need, _exact_pose(places, table, c, a, k)
-            point, reach = point_row_of(held), max(most + radius, 0.0)
-            arguments = held, point, j, (_IDENTITY, p), X_CB, reach, 0.0
-            if _pair_distance(measure_of(held), arguments)[0] - radius < most:
+            most = limit if decides else need
+            if is_told or _is_nearer(held, tree, node, i, radius, most, j, where, a):
+                guesses[a, 1] = node
                 return True
     return False

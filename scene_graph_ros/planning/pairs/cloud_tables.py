@@ -32,6 +32,10 @@ class CloudTable(NamedTuple):
     """``(c,)`` metres: what rounding is allowed."""
     counts: np.ndarray
     """``(c, (CELLS + 1)^3)``: of each cloud's grid."""
+    moves: np.ndarray
+    """``(c, CELLS^3)``: king's moves there from cells to the nearest that has points."""
+    scales: np.ndarray
+    """``(c, 3)``: cells per m along each axis."""
     plane_starts: np.ndarray
     """``(r + 1,)``: where the planes of each of the robots' bodies begin; none: its box is all."""
     planes: np.ndarray
@@ -46,4 +50,5 @@ class CloudScratch(NamedTuple):
     boxes: np.ndarray
     """``(r, 6, LANES)``: centres and half extents there of boxes around them."""
     guesses: np.ndarray
-    """``(r,)``: the plane of each that separated it from points last."""
+    """``(r, 2)``: the plane of each that separated it from points last, and the leaf of points
+    that was near to it last."""
