@@ -8,10 +8,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["GROUPS", "MAIN", "KernelGroup"]
+__all__ = ["GROUPS", "MAIN", "POINTS", "KernelGroup"]
 
 MAIN = "main"
-"""The group that the set-up compiles: everything that is not on demand."""
+"""The group that all others are built on: everything that is not on demand."""
+
+POINTS = "points"
+"""The group that the set-up compiles beside it."""
 
 
 @dataclass(frozen=True)
@@ -34,6 +37,7 @@ class KernelGroup:
 
 
 _HERE = "scene_graph_ros.warmup"
+_MEASURE_POINTS = f"{_HERE}.main_job:measure_points"
 
 GROUPS: dict[str, KernelGroup] = {
     group.name: group
@@ -41,10 +45,9 @@ GROUPS: dict[str, KernelGroup] = {
         KernelGroup(
             MAIN,
             "all shapes, poses, contacts and distances",
-            850,
+            700,
             (
                 f"{_HERE}.main_job:find_pairs",
-                f"{_HERE}.main_job:measure_points",
                 f"{_HERE}.main_job:read_meshes",
                 f"{_HERE}.main_job:find_candidates",
                 f"{_HERE}.main_job:make_models",
@@ -53,6 +56,14 @@ GROUPS: dict[str, KernelGroup] = {
                 f"{_HERE}.main_job:find_contacts_of_kinds",
             ),
             (f"{_HERE}.main_job:ask_main_queries", f"{_HERE}.robots:place_links"),
+        ),
+        KernelGroup(
+            POINTS,
+            "distances of points, derivatives and certificates",
+            150,
+            (_MEASURE_POINTS,),
+            (f"{_HERE}.main_job:ask_about_points",),
+            is_apart=True,
         ),
         # The slowest first: the others are compiled beside it.
         KernelGroup("planning", "planning", 330, (f"{_HERE}.robots:plan",)),
