@@ -37,7 +37,6 @@ class KernelGroup:
 
 
 _HERE = "scene_graph_ros.warmup"
-_MEASURE_POINTS = f"{_HERE}.main_job:measure_points"
 
 GROUPS: dict[str, KernelGroup] = {
     group.name: group
@@ -57,14 +56,6 @@ GROUPS: dict[str, KernelGroup] = {
             ),
             (f"{_HERE}.main_job:ask_main_queries", f"{_HERE}.robots:place_links"),
         ),
-        KernelGroup(
-            POINTS,
-            "distances of points, derivatives and certificates",
-            150,
-            (_MEASURE_POINTS,),
-            (f"{_HERE}.main_job:ask_about_points",),
-            is_apart=True,
-        ),
         # The slowest first: the others are compiled beside it.
         KernelGroup("planning", "planning", 330, (f"{_HERE}.robots:plan",)),
         KernelGroup("surfaces", "contact surfaces", 40, (f"{_HERE}.surfaces:find_surfaces",)),
@@ -83,6 +74,14 @@ GROUPS: dict[str, KernelGroup] = {
         ),
         KernelGroup(
             "cameras", "images of cameras", 65, (f"{_HERE}.cameras:render_images",), is_apart=True
+        ),
+        KernelGroup(
+            POINTS,
+            "distances of points, derivatives and certificates",
+            150,
+            (f"{_HERE}.main_job:measure_points",),
+            (f"{_HERE}.main_job:ask_about_points",),
+            is_apart=True,
         ),
         KernelGroup(
             "convex", "convex sets", 220, (f"{_HERE}.convex_sets:ask_convex_sets",), is_apart=True
