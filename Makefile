@@ -44,7 +44,7 @@ IN_FILES := --dist loadfile --no-loadscope-reorder --max-worker-restart 0 --dura
 help:  ## list the commands
 	@sed -nE 's/^([a-z-]+):.*## (.*)/make \1|\2/p' Makefile | column -t -s '|'
 
-setup:  ## make .venv: ROS 2 from wheels, the messages, the kernels of the main job
+setup:  ## make .venv: ROS 2 from wheels, the messages, the kernels of the main job and of points
 	@$(BOOTSTRAP)
 
 all-kernels:  ## make setup, and compile what a node compiles when a scene asks for it
@@ -53,7 +53,7 @@ all-kernels:  ## make setup, and compile what a node compiles when a scene asks 
 environment:
 	@$(BOOTSTRAP) --without-kernels
 
-demo:  ## make setup, and run the node with a simulated robot for ten seconds
+demo:  ## make .venv as far as it is needed, and run the node with a simulated robot for ten seconds
 	@$(BOOTSTRAP) --demo
 	@$(RUN) examples/demo.py
 

@@ -44,7 +44,7 @@ setup(
     ],
     python_requires=">=3.11,<3.15",  # what the core has wheels for
     install_requires=[
-        "setuptools",
+        *([] if HAS_KERNELS else ["setuptools"]),  # colcon asks for it, nothing at run time does
         "manifold3d",
         "meshio",
         f"numba=={version('numba')}" if HAS_KERNELS else "numba",

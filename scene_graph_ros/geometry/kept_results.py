@@ -2,14 +2,15 @@
 
 A file holds arrays and no code, after a digest of its bytes: one that was cut short or changed is
 found again and replaced. Files, or folders, that somebody else can write are neither read nor
-written. The least recently used files go where all take more than ``MAX_BYTES``.
+written. The least recently used files go where all take more than ``MAX_BYTES``. Of processes and
+threads that want the same at once, one finds it.
 
 Set ``SCENE_GRAPH_ROS_MESH_CACHE`` to place the folder elsewhere than the user's cache folder.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 import contextlib
 import functools
 import hashlib
@@ -22,6 +23,7 @@ import warnings
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.compiled.claims import claim, give_up
 from scene_graph_ros.geometry.compiled.kernel_files import make_folder, why_not_trusted
 from scene_graph_ros.geometry.files import find_file, read_limited
 
@@ -59,14 +61,31 @@ def kept(kind: str, name: str, find: Callable[[], Arrays]) -> Arrays:
 
     """
     folder = _folder(kind)
-    path = None if folder is None else folder / f"{name}.npz"
-    found = None if path is None else _read(path)
+    if folder is None:
+        return find()
+    path = folder / f"{name}.npz"
+    found = _read(path)
     if found is not None:
         return found
-    result = find()
-    if path is not None:
-        _write(path, result)
-    return result
+    with _claimed(folder, name):
+        found = _read(path)  # another process may have kept it meanwhile
+        if found is None:
+            found = find()
+            _write(path, found)
+    return found
+
+
+@contextlib.contextmanager
+def _claimed(folder: Path, name: str) -> Iterator[None]:
+    """Wait while others find a result, then keep them from it; for minutes at most."""
+    handle = None
+    with contextlib.suppress(OSError):
+        handle = claim(folder.with_suffix(".claims"), name.encode())
+    try:
+        yield
+    finally:
+        if handle is not None:
+            give_up(handle)
 
 
 def _folder(kind: str) -> Path | None:

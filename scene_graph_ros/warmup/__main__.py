@@ -1,9 +1,9 @@
 """Compile kernels once: ``python -m scene_graph_ros.warmup``.
 
-Without arguments, those of the main job; those of a capability are compiled by its name, by --all,
-or by a node when a scene first asks for them. The big entry points are compiled in processes
-of their own, side by side, each kernel by the first that needs it; then a process asks everything,
-which must find nothing left to compile. A second call does only that.
+Without arguments, those of the main job and of points; those of a capability are compiled by its
+name, by --all, or by a node when a scene first asks for them. The big entry points are compiled in
+processes of their own, side by side, each kernel by the first that needs it; then a process asks
+everything, which must find nothing left to compile. A second call does only that.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import time
 
 from scene_graph_ros.geometry.compiled.cache import cache_problem, cache_root
 from scene_graph_ros.warmup.compiler import Compiler, CompilingError, Progress
-from scene_graph_ros.warmup.groups import GROUPS, MAIN
+from scene_graph_ros.warmup.groups import GROUPS, MAIN, POINTS
 
 __all__ = ["main", "warm_up"]
 
@@ -52,7 +52,9 @@ def _parser() -> argparse.ArgumentParser:
         epilog="Groups:\n" + "\n".join(f"  {g.name:12}{g.what}" for g in GROUPS.values()),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("groups", nargs="*", metavar="group", help="see below; main by default")
+    parser.add_argument(
+        "groups", nargs="*", metavar="group", help="see below; main and points by default"
+    )
     parser.add_argument("--all", action="store_true", help="compile all groups")
     parser.add_argument("--processes", type=int, help="how many to compile with")
     return parser
@@ -66,7 +68,8 @@ def main(arguments: list[str] | None = None) -> int:
     if unknown:
         parser.error(f"no group is called {', '.join(unknown)}; there are {', '.join(GROUPS)}")
     # What a capability adds is built on the main job's.
-    names = list(GROUPS) if options.all else list(dict.fromkeys([MAIN, *options.groups]))
+    asked = options.groups or [POINTS]
+    names = list(GROUPS) if options.all else list(dict.fromkeys([MAIN, *asked]))
     problem = cache_problem()
     if problem:
         sys.stderr.write(f"{problem}\n")

@@ -8,10 +8,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["GROUPS", "MAIN", "KernelGroup"]
+__all__ = ["GROUPS", "MAIN", "POINTS", "KernelGroup"]
 
 MAIN = "main"
-"""The group that the set-up compiles: everything that is not on demand."""
+"""The group that all others are built on: everything that is not on demand."""
+
+POINTS = "points"
+"""The group that the set-up compiles beside it."""
 
 
 @dataclass(frozen=True)
@@ -41,10 +44,9 @@ GROUPS: dict[str, KernelGroup] = {
         KernelGroup(
             MAIN,
             "all shapes, poses, contacts and distances",
-            850,
+            700,
             (
                 f"{_HERE}.main_job:find_pairs",
-                f"{_HERE}.main_job:measure_points",
                 f"{_HERE}.main_job:read_meshes",
                 f"{_HERE}.main_job:find_candidates",
                 f"{_HERE}.main_job:make_models",
@@ -73,6 +75,14 @@ GROUPS: dict[str, KernelGroup] = {
         KernelGroup("maps", "maps of voxels", 5, (f"{_HERE}.maps:read_maps",)),
         KernelGroup(
             "cameras", "images of cameras", 65, (f"{_HERE}.cameras:render_images",), is_apart=True
+        ),
+        KernelGroup(
+            POINTS,
+            "distances of points, derivatives and certificates",
+            150,
+            (f"{_HERE}.main_job:measure_points",),
+            (f"{_HERE}.main_job:ask_about_points",),
+            is_apart=True,
         ),
         KernelGroup(
             "convex", "convex sets", 220, (f"{_HERE}.convex_sets:ask_convex_sets",), is_apart=True

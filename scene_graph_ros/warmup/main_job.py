@@ -70,6 +70,7 @@ from scene_graph_ros.geometry.tables.table_arrays import ShapeTable
 from scene_graph_ros.warmup.bodies import FACES, many_corners, TETRAHEDRON
 
 __all__ = [
+    "ask_about_points",
     "ask_main_queries",
     "find_candidates",
     "find_contacts_of_kinds",
@@ -245,11 +246,18 @@ def ask_main_queries() -> None:
     query = _scene_of_all_shapes()
     query.find_collision_candidates()
     query.has_collisions()
-    query.compute_point_pair_penetration(derivatives=True)
+    query.compute_point_pair_penetration()
     pairs = query.compute_signed_distance_pairwise_closest_points(0.1)
-    query.compute_signed_distance_pairwise_closest_points(derivatives=True)
+    query.compute_signed_distance_pairwise_closest_points()
     query.compute_signed_distance_pair_closest_points(pairs[0].id_A, pairs[0].id_B)
+    make_models()
+
+
+def ask_about_points() -> None:
+    """Ask the same scene how far points are from it, and for derivatives and certificates."""
+    query = _scene_of_all_shapes()
+    query.compute_point_pair_penetration(derivatives=True)
+    query.compute_signed_distance_pairwise_closest_points(derivatives=True, certificate=True)
     query.compute_signed_distance_to_point([0.0, 0.0, 1.0])
     query.compute_signed_distance_to_points(np.zeros((3, 3)), 0.5)
     query.compute_signed_distance_to_points(np.zeros((50, 3)))
-    make_models()

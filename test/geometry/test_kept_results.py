@@ -1,6 +1,7 @@
 """Results on disk are the user's own and whole, or found anew."""
 
 import os
+import threading
 
 import numpy as np
 import pytest
@@ -43,6 +44,26 @@ def test_a_result_is_found_once(root):
     ask(count, "00fe")
     assert len(count) == 2
     assert root.stat().st_mode & 0o777 == 0o700
+
+
+def test_of_those_who_ask_at_once_one_finds(root):
+    """The other waits, and takes what is kept then; another result is found meanwhile."""
+    count, second = [], threading.Event()
+
+    def find():
+        count.append(1)
+        if len(count) == 1:
+            other.start()
+            ask([], "00fe")
+            second.wait(0.2)  # comes at once where nobody waits for this
+        else:
+            second.set()
+        return {"a": np.arange(1000.0), "b": np.array(3)}
+
+    other = threading.Thread(target=kept, args=("sums", "00ff", find))
+    kept("sums", "00ff", find)
+    other.join()
+    assert len(count) == 1
 
 
 def test_a_damaged_file_is_found_anew(root):

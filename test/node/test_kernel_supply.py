@@ -303,6 +303,6 @@ def test_each_group_that_the_node_asks_for_is_there():
     from scene_graph_ros.node.effects.declarations import EFFECTS
     from scene_graph_ros.node.services.queries import QUERIES
 
-    asked = {each.kernels for each in (*EFFECTS, *QUERIES.values())}
+    asked = {each.kernels for each in EFFECTS}.union(*(each.kernels for each in QUERIES.values()))
     assert asked - {""} <= set(GROUPS)
-    assert {"surfaces", "deformable"} <= asked
+    assert {"surfaces", "deformable", "points"} <= asked

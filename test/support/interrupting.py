@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from concurrent.futures import _base as futures_base
 from concurrent.futures import thread as futures_thread
+import contextlib
+import gc
 import queue
 import random
 import signal
@@ -60,6 +62,22 @@ class _Tracer:
         return self.step
 
 
+@contextlib.contextmanager
+def _uncollected() -> Iterator[None]:
+    """Have no garbage collected: the collector calls others' functions, and keeps their errors.
+
+    Hypothesis has one called before and after. An interrupt that came there would be lost.
+    """
+    was_enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_enabled:
+            gc.enable()
+
+
+@_uncollected()
 def _run(
     action: Callable[[], Any], at: int, error: type[BaseException] = KeyboardInterrupt
 ) -> tuple[bool, int]:
@@ -92,6 +110,7 @@ def interrupted_at(
     return _run(action, at, error)[0]
 
 
+@_uncollected()
 def signalled_at(action: Callable[[], Any], at: int) -> bool:
     """Begin an action, have a signal come just after an instruction; tell whether it ended it.
 

@@ -86,12 +86,13 @@ def test_the_same_files_make_the_same_wheel(wheel, tmp_path):
 
 
 def test_a_python_that_does_not_run_is_named_with_the_remedy(tmp_path, monkeypatch):
-    """A shim of that name is none that runs."""
-    shim = tmp_path / "python3.98"
-    shim.write_text("#!/bin/sh\nexit 127\n")
-    shim.chmod(0o755)
-    monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}:{tmp_path}")
+    """A version manager's shim of that name is none that runs, also where it comes first."""
     version = "{}.{}".format(*sys.version_info)
+    for name in ("python3.98", f"python{version}"):
+        shim = tmp_path / name
+        shim.write_text("#!/bin/sh\nexit 127\n")
+        shim.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}:{Path(sys.executable).parent}")
     assert Path(_python(version)).name == f"python{version}"
     with pytest.raises(SystemExit, match=r"no python3\.99 runs here.*apt-get install python3\.99"):
         _python("3.99")

@@ -87,22 +87,22 @@ def _set_up_project(
 ) -> None:
     """Make `.venv`: what a node, its tests and the checks of the source need.
 
-    ``kernels`` are "main", "demo" for those of its cameras, and "all" for those of capabilities
-    that a scene may ask for. They need the core's wheels alone, so they are compiled while all
-    else is installed and built, most of which is done by one process at a time; ``beside`` is done
-    then, too.
+    ``kernels`` are "main" for those of the main job and of points, "demo" for those of the main
+    job and of cameras, "all" for those of all capabilities, too. They need the core's wheels
+    alone, so they are compiled while all else is installed and built, most of which is done by
+    one process at a time; ``beside`` is done then, too.
     """
     environment.check_machine(with_compiler=True)
     setup = Setup(venv / "setup", count=4 + 2 * with_tests + len(kernels))
 
     def compile_kernels(core: str) -> None:
         # All at once: the last ones of the main job do not keep all processors busy.
-        steps = {"all": ("kernels on demand", "--all"), "demo": ("kernels of cameras", "cameras")}
-        more = [steps[name] for name in steps if name in kernels]
-        for name, option in more:
-            _kernels(setup, venv, core, name, [option])
+        if "all" in kernels:
+            _kernels(setup, venv, core, "kernels on demand", ["--all"])
+        if "demo" in kernels:
+            _kernels(setup, venv, core, "kernels of the demo", ["cameras"])
         if "main" in kernels:
-            _kernels(setup, venv, core, "kernels", None if more else [])
+            _kernels(setup, venv, core, "kernels", None if "all" in kernels else [])
 
     def install_and_compile() -> None:
         core = _wheels(setup, venv, "core")
@@ -163,7 +163,7 @@ def _main() -> int:
     choice.add_argument("--peers", action="store_true", help="only the peers, into .venv")
     choice.add_argument("--workspace", action="store_true", help="only colcon, into .venv-colcon")
     choice.add_argument("--without-kernels", action="store_true", help="do not compile kernels")
-    choice.add_argument("--demo", action="store_true", help="with the kernels of its cameras")
+    choice.add_argument("--demo", action="store_true", help="only the kernels that it asks for")
     choice.add_argument(
         "--all-kernels", action="store_true", help="compile also what scenes may ask for"
     )
@@ -195,7 +195,7 @@ def _main() -> int:
             wanted = {
                 "all": is_for_tests,
                 "demo": arguments.demo,
-                "main": not arguments.without_kernels,
+                "main": not (arguments.without_kernels or arguments.demo),
             }
             core = functools.partial(_set_up_core, _ROOT / ".venv-core")
             _set_up_project(

@@ -18,17 +18,25 @@ _ROOT = Path(__file__).resolve().parents[2]
 
 
 def _python(version: str) -> str:
-    """Return an interpreter of a version. Raises SystemExit where none runs."""
-    found = shutil.which(f"python{version}")
-    probe = [found or "", "-c", "import sys; print('%d.%d' % sys.version_info[:2])"]
-    if found:
-        done = subprocess.run(probe, capture_output=True, text=True, check=False)
-        if done.stdout.strip() == version:
+    """Return the first interpreter of a version that runs: a version manager's shim may not.
+
+    Raises SystemExit where none does.
+    """
+    for folder in os.get_exec_path():
+        found = shutil.which(f"python{version}", path=folder)
+        if found and _version_of(found) == version:
             return found
     raise SystemExit(
         f"PYTHONS: no python{version} runs here. Remedy: apt-get install python{version} "
         f"python{version}-venv python{version}-dev"
     )
+
+
+def _version_of(python: str) -> str:
+    """Return an interpreter's version, "" where it does not run."""
+    probe = [python, "-c", "import sys; print('%d.%d' % sys.version_info[:2])"]
+    done = subprocess.run(probe, capture_output=True, text=True, check=False)
+    return done.stdout.strip()
 
 
 def _write(python: str, venv: Path, out: Path, options: list[str]) -> None:

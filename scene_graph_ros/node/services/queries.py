@@ -46,6 +46,7 @@ from scene_graph_ros.node.services.tally import (
     Tally,
 )
 from scene_graph_ros.node.world.world import WorldSnapshot
+from scene_graph_ros.warmup.groups import POINTS
 
 if TYPE_CHECKING:
     from scene_graph_ros.node.world.kept_regions import KeptRegions
@@ -277,19 +278,19 @@ def _on_demand(name: str, module_name: str = "surface_queries") -> Handler:
 class Query:
     """A query service: its handler, and the effect that its time is booked under.
 
-    ``kernels`` names the group of kernels that it needs beside the main job's; ``measures`` says
+    ``kernels`` names the groups of kernels that it needs beside the main job's; ``measures`` says
     that it asks about pairs of geometry, which needs those of clouds where a scene has some.
     """
 
     handler: Handler
     effect: str = ""
-    kernels: str = ""
+    kernels: tuple[str, ...] = ()
     measures: bool = True
 
     def kernel_groups(self, snapshot: WorldSnapshot) -> tuple[str, ...]:
         """Return the groups of kernels that it needs for a scene beside the main job's."""
         clouds = kernels_of_clouds(snapshot) if self.measures else ()
-        return (self.kernels, *clouds) if self.kernels else clouds
+        return (*self.kernels, *clouds)
 
 
 def kernels_of_clouds(snapshot: WorldSnapshot) -> tuple[str, ...]:
@@ -298,11 +299,11 @@ def kernels_of_clouds(snapshot: WorldSnapshot) -> tuple[str, ...]:
 
 
 def _of_planning(name: str) -> Query:
-    return Query(_on_demand(name, "planning_queries"), "planning", "planning")
+    return Query(_on_demand(name, "planning_queries"), "planning", ("planning",))
 
 
 def _of_regions(name: str, module_name: str = "region_queries") -> Query:
-    return Query(_on_demand(name, module_name), "region_requests", "convex")
+    return Query(_on_demand(name, module_name), "region_requests", ("convex", POINTS))
 
 
 QUERIES: dict[str, Query] = {
@@ -310,12 +311,12 @@ QUERIES: dict[str, Query] = {
     "CheckConfigurations": _of_planning("check_configurations"),
     "CheckEdges": _of_planning("check_edges"),
     "CheckRegions": _of_regions("check_regions"),
-    "ComputeContactSurfaces": Query(_on_demand("contact_surfaces"), kernels="surfaces"),
-    "ComputeDeformableContact": Query(_on_demand("deformable_contact"), kernels="deformable"),
+    "ComputeContactSurfaces": Query(_on_demand("contact_surfaces"), kernels=("surfaces",)),
+    "ComputeDeformableContact": Query(_on_demand("deformable_contact"), kernels=("deformable",)),
     "ComputePointPairPenetration": Query(penetration),
     "ComputeSignedDistancePair": Query(signed_distance_pairs, "signed_distance"),
     "ComputeSignedDistancePairwise": Query(signed_distances, "signed_distance"),
-    "ComputeSignedDistanceToPoint": Query(point_distances, "point_distance"),
+    "ComputeSignedDistanceToPoint": Query(point_distances, "point_distance", (POINTS,)),
     "DescribeScene": Query(_on_demand("describe", "scene_description"), measures=False),
     "FindCollisionCandidates": Query(candidates),
     "GetDeformableConfigurations": Query(_on_demand("deformable_configurations"), measures=False),
@@ -326,7 +327,7 @@ QUERIES: dict[str, Query] = {
     "LoadRegions": _of_regions("load_regions", "region_files"),
     "RemoveRegions": _of_regions("remove_regions"),
     "RenderImages": Query(
-        _on_demand("render_images", "camera_queries"), kernels="cameras", measures=False
+        _on_demand("render_images", "camera_queries"), kernels=("cameras",), measures=False
     ),
     "SaveRegions": _of_regions("save_regions", "region_files"),
 }

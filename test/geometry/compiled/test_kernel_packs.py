@@ -31,6 +31,13 @@ pytestmark = pytest.mark.skipif(
 )
 
 
+@pytest.fixture(autouse=True)
+def _no_processor_is_asked_for(monkeypatch):
+    """Whatever the variables of this run ask numba for."""
+    for name in ("CPU_NAME", "CPU_FEATURES"):
+        monkeypatch.setattr(numba.core.config, name, None)
+
+
 @pytest.fixture(name="pack")
 def _pack(tmp_path):
     """Write a pack of three kernels of two functions, whose code is a word."""
