@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 import copy
 import dataclasses
 import itertools
@@ -44,6 +44,7 @@ from scene_graph_ros.planning.gcs.result import (
 )
 from scene_graph_ros.planning.gcs.segment_variables import SegmentVariables
 from scene_graph_ros.planning.gcs.subgraph import Subgraph
+from scene_graph_ros.planning.gcs.termination import in_time
 from scene_graph_ros.trajectories.composite_trajectory import CompositeTrajectory
 from scene_graph_ros.trajectories.unwrapping import (
     normalize_segment_times,
@@ -278,13 +279,17 @@ class GcsTrajectoryOptimization(AllSubgraphs):
         source: Subgraph,
         target: Subgraph,
         options: GraphOfConvexSetsOptions | None = None,
+        *,
+        timeout: float | None = None,
+        watch: Callable[[], object] | None = None,
     ) -> Solved:
         """Return the best trajectory from any region of one subgraph to any of another.
 
         By default the relaxation is solved and the best of five paths that it suggests returned;
         with ``convex_relaxation=False`` paths are searched until the gap is closed. The trajectory
         is None where there is none, and the result's ``reason`` says why; it is None, too, where
-        no region of a path takes time.
+        no region of a path takes time. After ``timeout`` (s) the best by then is returned, if any,
+        and ``is_stopped`` says so; ``watch`` is called now and then and may raise.
 
         Raises ConvexSetError for other subgraphs and for costs that may be negative, SolverError
         where the solver failed, or where its answer breaks a constraint.
@@ -292,7 +297,7 @@ class GcsTrajectoryOptimization(AllSubgraphs):
         label = "GcsTrajectoryOptimization.solve_path"
         self._check_subgraph(source, f"{label}: source")
         self._check_subgraph(target, f"{label}: target")
-        chosen = options or GraphOfConvexSetsOptions()
+        chosen = in_time(options, timeout, watch) or GraphOfConvexSetsOptions()
         if chosen.convex_relaxation is False and self._has_nonlinear_terms():
             raise ConvexSetError(
                 f"{label}: options.convex_relaxation must not be False where derivatives of q(t)"
@@ -321,12 +326,16 @@ class GcsTrajectoryOptimization(AllSubgraphs):
         self,
         active_vertices: Sequence[Vertex],
         options: GraphOfConvexSetsOptions | None = None,
+        *,
+        timeout: float | None = None,
+        watch: Callable[[], object] | None = None,
     ) -> Solved:
         """Return the best trajectory through given regions in order, two or more.
 
         Raises ConvexSetError for vertices between which there is no edge, or more than one.
         """
         label = "GcsTrajectoryOptimization.solve_convex_restriction: active_vertices"
+        chosen = in_time(options, timeout, watch)
         self._settle()
         if len(active_vertices) < 2:
             raise ConvexSetError(f"{label} must be two or more, not {len(active_vertices)}")
@@ -343,7 +352,7 @@ class GcsTrajectoryOptimization(AllSubgraphs):
                     f" {len(between)}"
                 )
             edges.append(between[0])
-        return self._solved(self._graph.solve_convex_restriction(edges, options=options))
+        return self._solved(self._graph.solve_convex_restriction(edges, options=chosen))
 
     def _solved(self, found: GraphOfConvexSetsResult) -> Solved:
         if not found.is_success:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 import math
-import time
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +17,7 @@ from scene_graph_ros.planning.checker.path_ends import find_troubles, pair_words
 from scene_graph_ros.planning.ik.arguments import first_configurations
 from scene_graph_ros.planning.ik.pose_search import pose_search, PoseSearch, which_move
 from scene_graph_ros.planning.ik.pose_target import InverseKinematicsError
+from scene_graph_ros.planning.parallel.deadline import Deadline
 from scene_graph_ros.planning.parallel.stoppable import new_stop
 from scene_graph_ros.planning.straight.edge_deviation import edge_deviations
 from scene_graph_ros.planning.straight.straight_plan import StraightFailure, StraightPlan
@@ -73,7 +73,7 @@ def plan_straight(
     for bad limits.
     """
     deviations = _positive(deviation=deviation, rotation_deviation=rotation_deviation)
-    patience = math.inf if timeout is None else _positive(timeout=timeout)[0]
+    deadline = Deadline.of(timeout, watch, InverseKinematicsError)
     if motion not in _MOTIONS:
         raise InverseKinematicsError(
             f"motion must be one of {', '.join(_MOTIONS)}, not {quoted(motion)}"
@@ -82,7 +82,7 @@ def plan_straight(
         raise InverseKinematicsError(
             "plan_straight needs a checker with straight edges; this one's provider has its own"
         )
-    end, tree = time.perf_counter() + patience, checker.plan.tree
+    tree = checker.plan.tree
     moves, X = which_move(tree, link, group), as_pose(np.eye(4) if X_LT is None else X_LT, "X_LT")
     if start is None:
         raise InverseKinematicsError("start must be a configuration (nq,), not None")
@@ -96,11 +96,11 @@ def plan_straight(
     way = ToolWay(np.concatenate([first[np.newaxis], poses]), search.chain.unit,
                   is_screw=motion == "screw")  # fmt: skip
     walk = _Walk(search, way, deviations, tree.position_names)
-    ended = walk.go(search.chain.coordinates(q)[0], end, watch)
+    ended = walk.go(search.chain.coordinates(q)[0], deadline)
     x = np.array(walk.x)
     path = search.chain.configurations(x, np.repeat(q, len(x), axis=0))
     path[0] = q[0]
-    return _proven(checker, path, walk, ended, limits, end)
+    return _proven(checker, path, walk, ended, limits, deadline)
 
 
 def _positive(**numbers: float) -> tuple[float, ...]:
@@ -137,15 +137,14 @@ class _Walk:
         self.deviations: list[tuple[float, float]] = []
         """Of each edge."""
 
-    def go(self, x: NDArray[np.float64], end: float, watch: Callable[[], None] | None) -> _Ended:
+    def go(self, x: NDArray[np.float64], deadline: Deadline) -> _Ended:
         """Go on until the way ends, and return why it ends before."""
         way, piece, s, length = self._way, 0, 0.0, _FIRST
         self.x, self.fractions = [x], [way.fraction(0, 0.0) if way.pieces else 1.0]
         while piece < len(way.pieces):
-            if watch is not None:
-                watch()
-            if time.perf_counter() > end:
-                return StraightFailure.TIMEOUT, "the time is over"
+            if deadline.is_over():
+                words = f"no more of it was followed within {deadline.timeout:.10g} s"
+                return StraightFailure.TIMEOUT, words
             # The last two steps share what is left, so that none is much shorter than it may be.
             left = 1.0 - s
             to = 1.0 if length >= left else s + min(length, 0.5 * left)
@@ -217,7 +216,7 @@ def _proven(
     walk: _Walk,
     ended: _Ended,
     limits: MotionLimits | None,
-    end: float,
+    deadline: Deadline,
 ) -> StraightPlan:
     """Return the part of a path that is proven free, timed if it is to be."""
     measures = checker.measure_edges(np.stack([path[:-1], path[1:]], axis=1))
@@ -236,8 +235,7 @@ def _proven(
     clearance = min(each.least_clearance for each in kept)
     path, fractions, timed = path[: count + 1], walk.fractions[: count + 1], None
     if limits is not None and count:
-        left = None if math.isinf(end) else max(1e-3, end - time.perf_counter())
-        timed = time_path(checker, path, limits, timeout=left)
+        timed = time_path(checker, path, limits, timeout=deadline.left, watch=deadline.look)
         if timed.failure is not None and ended is None:
             ended = StraightFailure.TIMING, f"it is not timed: {timed.reason}"
     both = float(deviations[0]), float(deviations[1])

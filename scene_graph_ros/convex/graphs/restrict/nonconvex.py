@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from scene_graph_ros.convex.errors import SolverError
+from scene_graph_ros.convex.errors import SolverError, StoppedError
 from scene_graph_ros.convex.graphs.expressions.functions import FunctionConstraint, FunctionCost
 from scene_graph_ros.convex.graphs.expressions.term_cones import kept_by
 from scene_graph_ros.convex.graphs.model.edge_terms import EdgeTerms
@@ -53,13 +53,15 @@ def with_functions(
 
     ``start`` are points of the sets. They are in the sets and keep what is convex to rounding of
     the solver, where it found such points. Raises SolverError where no search ended at points that
-    are a local optimum, and some keep all.
+    are a local optimum, and some keep all; StoppedError where it was ended before.
     """
     program, generator = _Program(problem, path), np.random.default_rng(0)
     best, least = list(start), (True, np.inf, np.inf)
     # No points of these sets that keep what is convex cost less than the first ones.
     bound = program.cost(start)
     for trial in range(_TRIALS):
+        if trial and problem.is_over is not None and problem.is_over():
+            break
         away = _BESIDE if least[0] else _AWAY
         found, is_optimal = program.solve(
             start if trial == 0 else program.near(start, away, generator)
@@ -71,6 +73,11 @@ def with_functions(
             best, least = found, rank
         if is_kept and (not program.is_smooth or rank[2] - bound <= _LITTLE * abs(bound)):
             break
+    if least[0] and problem.is_over is not None and problem.is_over():
+        raise StoppedError(
+            "GraphOfConvexSets.solve_convex_restriction: the search was ended before it came to a"
+            " local optimum"
+        )
     if least[0] and least[1] <= _ACCEPTED:
         raise SolverError(
             f"GraphOfConvexSets.solve_convex_restriction: the points of a path of {len(path)}"

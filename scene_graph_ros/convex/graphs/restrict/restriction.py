@@ -72,7 +72,7 @@ def _solve(
     ys = np.split(columns, firsts[1:])
     if end is not None:
         program.add_cost(ys[-1], sets[-1].S.T @ end[1] / unit)
-    solution = program.solve(what, by=of.problem.solver)
+    solution = program.solve(what, by=of.problem.solver, is_over=of.problem.is_over)
     weights = taken.weights(solution, lowered)
     if not solution.is_feasible:
         return [], bound_of_points(taken, sets, weights, None, with_cost=False), False

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -19,12 +20,35 @@ from scene_graph_ros.convex.graphs.search.result import (
 )
 from scene_graph_ros.convex.graphs.search.search import Incumbent, Searched
 
-__all__ = ["PathAnswer", "costs_at", "no_path", "relaxation_answer", "with_points"]
+__all__ = [
+    "PathAnswer",
+    "costs_at",
+    "ended_early",
+    "no_path",
+    "no_path_in_time",
+    "relaxation_answer",
+    "with_points",
+]
+
+
+_NONE_YET = "no path was found until termination_func ended the search"
+_ENDED = "termination_func ended the search"
 
 
 def no_path(reason: str) -> GraphOfConvexSetsResult:
     """Return that there is no path, and why."""
     return GraphOfConvexSetsResult(False, np.inf, np.inf, reason)
+
+
+def no_path_in_time() -> GraphOfConvexSetsResult:
+    """Return that a search was ended before anything was known."""
+    return GraphOfConvexSetsResult(False, np.inf, -np.inf, _NONE_YET, is_stopped=True)
+
+
+def ended_early(found: GraphOfConvexSetsResult) -> GraphOfConvexSetsResult:
+    """Return the best of the paths that were rounded until a search was ended."""
+    reason = _ENDED if found.is_success else _NONE_YET
+    return replace(found, reason=reason, is_stopped=True)
 
 
 def costs_at(
@@ -138,6 +162,7 @@ class PathAnswer:
             "num_rounded_paths": count,
             "num_search_programs": searched.num_programs,
             "lower_bound": max(searched.lower_bound, self._proven.value),
+            "is_stopped": searched.is_stopped,
         }
         reason = _what_ended(searched)
         if searched.found is None:
@@ -154,12 +179,12 @@ def _what_ended(searched: Searched) -> str:
         if searched.is_complete and searched.lower_bound == np.inf:
             return "no path keeps the constraints of its edges, which is proven"
         if searched.is_stopped:
-            return "no path was found until termination_func ended the search"
+            return _NONE_YET
         return "no path was found within max_search_programs"
     if searched.failure:
         return f"a path that may be better was not solved: {searched.failure}"
     if searched.is_complete:
         return "the best path, to the tolerance"
     if searched.is_stopped:
-        return "termination_func ended the search"
+        return _ENDED
     return "max_search_programs was reached"

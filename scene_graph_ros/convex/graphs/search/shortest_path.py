@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 import itertools
 
 import numpy as np
 
-from scene_graph_ros.convex.errors import SolverError
+from scene_graph_ros.convex.errors import SolverError, StoppedError
 from scene_graph_ros.convex.graphs.expressions.functions import (
     FunctionCost,
 )
@@ -32,7 +32,9 @@ from scene_graph_ros.convex.graphs.restrict.restriction import restrict, Restric
 from scene_graph_ros.convex.graphs.search.few_paths import best_of_few
 from scene_graph_ros.convex.graphs.search.given_path import stay
 from scene_graph_ros.convex.graphs.search.path_answer import (
+    ended_early,
     no_path,
+    no_path_in_time,
     PathAnswer,
 )
 from scene_graph_ros.convex.graphs.search.path_problem import (
@@ -171,8 +173,10 @@ def _solve(
     whole, single = transcriptions
     problem = problem_of(vertices, used, within, whole, None, places)
     of_paths = problem_of(vertices, used, within, single, (problem, whole), places)
-    problem = replace(problem, solver=options.continuous)
-    of_paths = replace(of_paths, solver=options.of_restriction)
+    is_over = _Stop(options.termination_func)
+    asked = None if options.termination_func is None else is_over
+    problem = replace(problem, solver=options.continuous, is_over=asked)
+    of_paths = replace(of_paths, solver=options.of_restriction, is_over=asked)
     network = problem.network
     tried: _Tried = {}
     has_surrogates = bool(options.convex_relaxation) and _has_surrogates(used)
@@ -181,7 +185,10 @@ def _solve(
         # What is lost of the bound, which is proven whatever the solver says, is of this size.
         tolerance = min(max(options.gap_tolerance**2, _EXACT), _ROUGH)
     least = max(options.flow_tolerance, 10.0 * tolerance)
-    relaxed = relax(problem, (), tolerance)
+    begun = _in_time(problem, (), tolerance)
+    if begun is None:
+        return no_path_in_time()
+    relaxed = begun
     proven = bound_of_relaxation(problem, relaxed)
     if relaxed.cost == np.inf:
         return _infeasible(proven, relaxed)
@@ -190,7 +197,7 @@ def _solve(
     for _ in range(options.max_tightenings if options.mixed_integer is None else 0):
         # Around no others a constraint is violated.
         more = set(network.two_cycles(relaxed.flows, least)) - cycles
-        if not more:
+        if not more or is_over():
             break
         # Of flows that go there and back one path says enough: others will be drawn.
         bound = None if has_surrogates else proven
@@ -204,7 +211,10 @@ def _solve(
             # Flows would turn to the others next.
             cycles = set(everywhere)
         ordered = sorted(cycles, key=lambda cycle: (cycle.vertex, cycle.into))
-        relaxed = relax(problem, ordered, tolerance)
+        again = _in_time(problem, ordered, tolerance)
+        if again is None:
+            break  # The flows and the bound before are good.
+        relaxed = again
         tighter = bound_of_relaxation(problem, relaxed)
         if relaxed.cost == np.inf:
             return _infeasible(tighter, relaxed)
@@ -215,6 +225,7 @@ def _solve(
     answer = PathAnswer(used, problem, relaxed, proven)
     if options.convex_relaxation:
         found = answer.of_relaxation(rounded, count, failure)
+        found = ended_early(found) if is_over.has_stopped else found
         return replace(found, lower_bound=-np.inf) if has_surrogates else found
     if options.mixed_integer is not None:
         path, said = solve_mixed_integer(problem, options.mixed_integer)
@@ -223,6 +234,25 @@ def _solve(
         return answer.of_mixed_integer(options.mixed_integer.name, exact, said)
     searched = search_paths(problem, proven, rounded, options)
     return answer.of_search(searched, count)
+
+
+def _in_time(problem: Problem, cycles: Sequence[TwoCycle], tolerance: float) -> Relaxed | None:
+    """Return the relaxation; None where it was ended before it was solved."""
+    try:
+        return relax(problem, cycles, tolerance)
+    except StoppedError:
+        return None
+
+
+class _Stop:
+    """Asks whether a search is to end, and remembers that it was."""
+
+    def __init__(self, is_over: Callable[[], bool] | None) -> None:
+        self._is_over, self.has_stopped = is_over, False
+
+    def __call__(self) -> bool:
+        self.has_stopped = self.has_stopped or (self._is_over is not None and self._is_over())
+        return self.has_stopped
 
 
 def _better(first: Incumbent | None, second: Incumbent | None) -> Incumbent | None:
@@ -273,6 +303,8 @@ def _round(
     found: Incumbent | None = None
     failure, count = "", 0
     for path in itertools.islice(_suggested(problem.network, relaxed.flows, most, options), most):
+        if problem.is_over is not None and problem.is_over():
+            break
         count += 1
         if not set(problem.forced) <= set(path):
             continue
