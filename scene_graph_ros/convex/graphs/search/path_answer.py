@@ -82,8 +82,12 @@ def with_points(
     )
 
 
+Proven = tuple[Problem, ProvenBound | None]
+"""A problem, and the bound of its paths; None where nothing is known."""
+
+
 def relaxation_answer(
-    edges: Sequence[Edge], problem: Problem, relaxed: Relaxed, proven: ProvenBound
+    edges: Sequence[Edge], problem: Problem, relaxed: Relaxed, proven: Proven
 ) -> RelaxationAnswer:
     """Return a relaxation's answer about edges."""
     numbers = [e.id for e in edges]
@@ -104,7 +108,7 @@ def relaxation_answer(
         dict(zip(numbers, flows.tolist(), strict=True)),
         u,
         v,
-        PathBound(proven.value, problem, proven.potentials),
+        None if proven[1] is None else PathBound(proven[1].value, proven[0], proven[1].potentials),
     )
 
 
@@ -116,9 +120,10 @@ class PathAnswer:
         edges: Sequence[Edge],
         problem: Problem,
         relaxed: Relaxed,
-        proven: ProvenBound,
+        proven: Proven,
     ) -> None:
-        self._edges, self._proven = edges, proven
+        self._edges = edges
+        self._bound = -np.inf if proven[1] is None else proven[1].value
         self._common: dict[str, Any] = {
             "relaxation": Once(lambda: relaxation_answer(edges, problem, relaxed, proven)),
             "num_edges_solved": len(edges),
@@ -131,7 +136,7 @@ class PathAnswer:
         others = {
             **self._common,
             "num_rounded_paths": count,
-            "lower_bound": self._proven.value,
+            "lower_bound": self._bound,
             "transcription": Transcription.RELAXATION,
         }
         if found is None:
@@ -148,7 +153,7 @@ class PathAnswer:
         self, name: str, found: Incumbent | None, bound: float
     ) -> GraphOfConvexSetsResult:
         """Return a solver's path with the relaxation's bound, and with the solver's bound."""
-        others = {**self._common, "lower_bound": self._proven.value, "solver_bound": bound}
+        others = {**self._common, "lower_bound": self._bound, "solver_bound": bound}
         if found is None:
             reason = f"solver {name!r} says that no path keeps the constraints; it is not proven"
             return GraphOfConvexSetsResult(is_success=False, cost=np.inf, reason=reason, **others)
@@ -161,7 +166,7 @@ class PathAnswer:
             **self._common,
             "num_rounded_paths": count,
             "num_search_programs": searched.num_programs,
-            "lower_bound": max(searched.lower_bound, self._proven.value),
+            "lower_bound": max(searched.lower_bound, self._bound),
             "is_stopped": searched.is_stopped,
         }
         reason = _what_ended(searched)

@@ -80,8 +80,15 @@ def _has_surrogates(edges: Sequence[Edge]) -> bool:
         (of[0] in used and of[1] not in used)
         for part in parts.values()
         for used in part.transcriptions
-    ) or any(
-        isinstance(cost, FunctionCost) for part in parts.values() for cost in part.get_costs(of[1])
+    ) or _has_function_costs(edges)
+
+
+def _has_function_costs(edges: Sequence[Edge]) -> bool:
+    """Tell whether paths have costs that the relaxation knows nothing of."""
+    parts = {id(part): part for e in edges for part in (e, e.u, e.v)}
+    used = Transcription.RESTRICTION
+    return any(
+        isinstance(cost, FunctionCost) for part in parts.values() for cost in part.get_costs(used)
     )
 
 
@@ -185,15 +192,17 @@ def _solve(
         # What is lost of the bound, which is proven whatever the solver says, is of this size.
         tolerance = min(max(options.gap_tolerance**2, _EXACT), _ROUGH)
     least = max(options.flow_tolerance, 10.0 * tolerance)
-    begun = _in_time(problem, (), tolerance)
+    free = replace(of_paths, solver=options.continuous) if has_surrogates else problem
+    begun = _begun((problem, free), tolerance)
     if begun is None:
         return no_path_in_time()
-    relaxed = begun
+    problem, relaxed = begun
     proven = bound_of_relaxation(problem, relaxed)
     if relaxed.cost == np.inf:
         return _infeasible(proven, relaxed)
     first: Incumbent | None = None
     cycles: set[TwoCycle] = set()
+    ordered: list[TwoCycle] = []
     for _ in range(options.max_tightenings if options.mixed_integer is None else 0):
         # Around no others a constraint is violated.
         more = set(network.two_cycles(relaxed.flows, least)) - cycles
@@ -219,14 +228,13 @@ def _solve(
         if relaxed.cost == np.inf:
             return _infeasible(tighter, relaxed)
         proven = max(tighter, proven, key=lambda each: each.value)
-    bound = None if has_surrogates else proven
+    bound = _bound_of_paths(free, ordered, tolerance, used) if has_surrogates else proven
     rounded, count, failure = _round(of_paths, relaxed, bound, options, tried)
     rounded = _better(first, rounded)
-    answer = PathAnswer(used, problem, relaxed, proven)
+    answer = PathAnswer(used, problem, relaxed, (free, bound))
     if options.convex_relaxation:
         found = answer.of_relaxation(rounded, count, failure)
-        found = ended_early(found) if is_over.has_stopped else found
-        return replace(found, lower_bound=-np.inf) if has_surrogates else found
+        return ended_early(found) if is_over.has_stopped else found
     if options.mixed_integer is not None:
         path, said = solve_mixed_integer(problem, options.mixed_integer)
         exact = None if path is None else Incumbent(path, restrict(of_paths, path))
@@ -234,6 +242,28 @@ def _solve(
         return answer.of_mixed_integer(options.mixed_integer.name, exact, said)
     searched = search_paths(problem, proven, rounded, options)
     return answer.of_search(searched, count)
+
+
+def _begun(problems: tuple[Problem, Problem], tolerance: float) -> tuple[Problem, Relaxed] | None:
+    """Return the first problem with its relaxation, or the second where the first has none.
+
+    The second has no surrogates: what they forbid paths may do. None where it was ended before.
+    """
+    first, second = problems
+    relaxed = _in_time(first, (), tolerance)
+    if relaxed is not None and relaxed.cost == np.inf and second is not first:
+        first, relaxed = second, _in_time(second, (), tolerance)
+    return None if relaxed is None else (first, relaxed)
+
+
+def _bound_of_paths(
+    problem: Problem, cycles: Sequence[TwoCycle], tolerance: float, edges: Sequence[Edge]
+) -> ProvenBound | None:
+    """Return the bound of a problem of paths, without surrogates; None where nothing is known."""
+    if _has_function_costs(edges):
+        return None
+    relaxed = _in_time(problem, cycles, tolerance)
+    return None if relaxed is None else bound_of_relaxation(problem, relaxed)
 
 
 def _in_time(problem: Problem, cycles: Sequence[TwoCycle], tolerance: float) -> Relaxed | None:
