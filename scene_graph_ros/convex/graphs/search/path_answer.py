@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -130,7 +130,11 @@ class PathAnswer:
         }
 
     def of_relaxation(
-        self, found: Incumbent | None, count: int, failure: str
+        self,
+        found: Incumbent | None,
+        count: int,
+        failure: str,
+        tried: Iterable[Sequence[int]] = (),
     ) -> GraphOfConvexSetsResult:
         """Return the best rounded path with the relaxation's bound."""
         others = {
@@ -138,6 +142,7 @@ class PathAnswer:
             "num_rounded_paths": count,
             "lower_bound": self._bound,
             "transcription": Transcription.RELAXATION,
+            "rounded_paths": tuple(tuple(self._edges[e].id for e in path) for path in tried),
         }
         if found is None:
             reason = "no path was drawn: the relaxation alone was solved"
