@@ -69,8 +69,11 @@ def with_functions(
         worst = program.violation(found)
         rank = (not is_optimal, max(worst, _KEPT), program.cost(found))
         is_kept = is_optimal and worst <= _KEPT
+        is_same = is_kept and abs(rank[2] - least[2]) <= _SAME * abs(bound)
         if rank < least:
             best, least = found, rank
+        if is_same:
+            break
         if is_kept and (not program.is_smooth or rank[2] - bound <= _LITTLE * abs(bound)):
             break
     if least[0] and problem.is_over is not None and problem.is_over():
@@ -89,6 +92,9 @@ def with_functions(
 _TRIALS = 5
 """From how many starts the best is taken; where functions are somebody's own, the first of these
 that leads to a local optimum."""
+
+_SAME = 1e-3
+"""Of a lower bound: two starts that end so near to each other are enough."""
 
 _LITTLE = 3e-2
 """Of a lower bound: where so little is left to gain, no other start is tried."""
