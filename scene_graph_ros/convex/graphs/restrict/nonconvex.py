@@ -70,6 +70,7 @@ def with_functions(
         rank = (not is_optimal, max(worst, _KEPT), program.cost(found))
         is_kept = is_optimal and worst <= _KEPT
         is_same = is_kept and abs(rank[2] - least[2]) <= _SAME * abs(bound)
+        is_same = is_same and rank[2] - bound <= _SOME * abs(bound)
         if rank < least:
             best, least = found, rank
         if is_same:
@@ -93,8 +94,8 @@ _TRIALS = 5
 """From how many starts the best is taken; where functions are somebody's own, the first of these
 that leads to a local optimum."""
 
-_SAME = 1e-3
-"""Of a lower bound: two starts that end so near to each other are enough."""
+_SAME, _SOME = 1e-3, 0.1
+"""Of a lower bound: two starts that end so near to each other, and to it, are enough."""
 
 _LITTLE = 3e-2
 """Of a lower bound: where so little is left to gain, no other start is tried."""
