@@ -97,7 +97,7 @@ def _draw(roadmap: Roadmap, proofs: _SharedProofs, count: int) -> None:
         q = roadmap.draw(count)
         drawn += len(q)
         free = proofs.are_free(np.repeat(q[:, np.newaxis], 2, axis=1), rules)
-        roadmap.add(q[free][: count - roadmap.num_configurations])
+        roadmap.add(q[free][: count - roadmap.num_configurations], proofs.look)
         if drawn >= _MOST_DRAWS * count and roadmap.num_configurations < count:
             raise PlanningError(
                 f"{roadmap.num_configurations} of {drawn} random configurations are free:"
@@ -120,6 +120,10 @@ class _SharedProofs:
         self._threads = checked_parallelism(checker, parallelize)
         self._asked: Any = checker if self._executor is None else pack(checker)
         self.tolerance = checker.tolerance
+
+    def look(self) -> None:
+        """Raise OutOfTimeError if the time is over."""
+        self._deadline.check(_NONE)
 
     def are_free(self, edges: NDArray[np.float64], rules: EdgeRules) -> NDArray[np.bool_]:
         """Tell of edges ``(n, 2, nq)`` whether each is proven free."""
