@@ -26,6 +26,7 @@ OTHERS = {
     "get_continuous_revolute_joint_indices": "it reads a tree",
     "load_robot_diagram": "it reads a file",
     "make_body_shape_description": "it reads a scene",
+    "measure_constraints": "one question about each configuration",
     "CspaceFreeBox.find_pair_certificate": CERTIFY,
     "CspaceFreeBox.find_separation_certificate_given_box": CERTIFY,
     "CspaceFreePolytope.binary_search": CERTIFY,
