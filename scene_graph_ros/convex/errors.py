@@ -2,7 +2,7 @@
 
 from scene_graph_ros.geometry.errors import SceneGraphError
 
-__all__ = ["ConvexSetError", "SampleError", "SolverError"]
+__all__ = ["ConvexSetError", "SampleError", "SolverError", "StoppedError"]
 
 
 class ConvexSetError(SceneGraphError, ValueError):
@@ -20,3 +20,7 @@ class SampleError(ConvexSetError):
 
 class SolverError(SceneGraphError, RuntimeError):
     """A program that could not be solved as exactly as promised; the message has the residuals."""
+
+
+class StoppedError(SolverError):
+    """A program that was not solved to its end, as its caller had it stop."""

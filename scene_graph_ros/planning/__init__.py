@@ -79,7 +79,11 @@ if TYPE_CHECKING:
         RobotDiagramBuilder,
     )
     from scene_graph_ros.planning.edges.edge_measure import EdgeMeasure, EdgeStatus
-    from scene_graph_ros.planning.errors import CollisionCheckerError, PlanningError
+    from scene_graph_ros.planning.errors import (
+        CollisionCheckerError,
+        OutOfTimeError,
+        PlanningError,
+    )
     from scene_graph_ros.planning.gcs.edges_between_subgraphs import EdgesBetweenSubgraphs
     from scene_graph_ros.planning.gcs.gcs_trajectory_optimization import GcsTrajectoryOptimization
     from scene_graph_ros.planning.gcs.plan_through_regions import (
@@ -234,6 +238,7 @@ __all__ = [
     "OmplPlanner",
     "OmplSpace",
     "OrientationConstraint",
+    "OutOfTimeError",
     "PairCertificate",
     "PairFailure",
     "Plan",

@@ -8,7 +8,7 @@ from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
 
-__all__ = ["CollisionCheckerError", "PlanningError", "finite_number"]
+__all__ = ["CollisionCheckerError", "OutOfTimeError", "PlanningError", "finite_number"]
 
 
 class CollisionCheckerError(SceneGraphError, ValueError):
@@ -17,6 +17,10 @@ class CollisionCheckerError(SceneGraphError, ValueError):
 
 class PlanningError(SceneGraphError, ValueError):
     """Arguments of a planner that make no sense."""
+
+
+class OutOfTimeError(SceneGraphError, TimeoutError):
+    """The time limit of a call was over before there was an answer; the message names both."""
 
 
 def finite_number(name: str, value: object) -> float:

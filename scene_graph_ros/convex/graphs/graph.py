@@ -246,7 +246,7 @@ class GraphOfConvexSets:
     ) -> GraphOfConvexSetsResult:
         """Return the best points of one path, given by its edges in order.
 
-        Of the options ``restriction_solver`` counts, and ``solver`` where it is not given.
+        Of the options ``restriction_solver``, else ``solver``, and ``termination_func`` count.
 
         With functions that need not be convex, the best that were found near those of the convex
         part, or near ``initial_guess``: points ``(n,)`` of all its vertices, or a result that has
@@ -260,7 +260,7 @@ class GraphOfConvexSets:
         guess = guessed_points(initial_guess, edges)
         chosen = as_options(options, "GraphOfConvexSets.solve_convex_restriction")
         solver = None if options is None else chosen.of_restriction
-        return solve_restriction(edges, guess, solver)
+        return solve_restriction(edges, guess, solver, chosen.termination_func)
 
     def sample_paths(
         self,

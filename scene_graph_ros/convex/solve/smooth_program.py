@@ -6,6 +6,7 @@ large-scale nonlinear programming", Mathematical Programming 106(1), 2006.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 import importlib
 import importlib.util
 from typing import Any
@@ -59,9 +60,15 @@ def has_ipopt() -> bool:
 
 
 class SmoothProgram:
-    """Costs and constraints of variables y ``(n,)``; rows are ``M @ y + m``, ``(k,)``."""
+    """Costs and constraints of variables y ``(n,)``; rows are ``M @ y + m``, ``(k,)``.
 
-    def __init__(self, count: int) -> None:
+    A search ends where ``is_over``, which is asked at each iteration, says so: then its point is
+    no local optimum.
+    """
+
+    def __init__(self, count: int, is_over: Callable[[], bool] | None = None) -> None:
+        self._is_over = is_over
+        self._stops: list[Any] = []
         self._ca = importlib.import_module("casadi")
         self._y = self._ca.SX.sym("y", count)
         self._smoothed = self._ca.SX.sym("s")
@@ -138,6 +145,8 @@ class SmoothProgram:
             y = found["x"].full().ravel()
             if not np.isfinite(y).all():
                 return start, False
+            for each in self._stops:
+                each.look()
             told = {"lam_x0": found["lam_x"], "lam_g0": found["lam_g"]}
         is_solved = solver.stats()["return_status"] == "Solve_Succeeded"
         return y[: len(start)], is_solved
@@ -154,9 +163,54 @@ class SmoothProgram:
             "f": sum(self._costs, ca.SX(0)),
             "g": ca.vertcat(self.at(M[kept], m[kept]), *self._others),
         }
-        first = ca.nlpsol("first", "ipopt", program, _OPTIONS)
+        told = dict(_OPTIONS)
+        if self._is_over is not None:
+            sizes = program["x"].numel(), program["g"].numel()
+            self._stops = [_stop(ca, self._is_over, *sizes)]
+            told["iteration_callback"] = self._stops[0]
+        first = ca.nlpsol("first", "ipopt", program, told)
         same = {name: first.get_function(own) for name, own in _DERIVATIVES.items()}
-        return [first, ca.nlpsol("again", "ipopt", program, _OPTIONS | _AGAIN | same)]
+        return [first, ca.nlpsol("again", "ipopt", program, told | _AGAIN | same)]
+
+
+def _stop(ca: Any, is_over: Callable[[], bool], size: int, rows: int) -> Any:
+    """Return a callback of CasADi that stops IPOPT; its ``look`` raises what came up in it."""
+    names = [ca.nlpsol_out(k) for k in range(ca.nlpsol_n_out())]
+    shapes = {"x": size, "lam_x": size, "g": rows, "lam_g": rows, "f": 1, "lam_p": 1}
+
+    class _Stop(ca.Callback):
+        """Asks whether to stop."""
+
+        def __init__(self) -> None:
+            super().__init__()
+            self._error: BaseException | None = None
+            self.construct("stop", {})
+
+        def get_n_in(self) -> int:
+            return len(names)
+
+        def get_n_out(self) -> int:
+            return 1
+
+        def get_name_in(self, i: int) -> str:
+            return names[i]
+
+        def get_sparsity_in(self, i: int) -> Any:
+            return ca.Sparsity.dense(shapes[names[i]], 1)
+
+        def eval(self, given: Any) -> Any:
+            try:
+                return [int(is_over())]
+            except BaseException as error:  # noqa: BLE001 - raised again when the solver ended
+                self._error = error
+                return [1]
+
+        def look(self) -> None:
+            if self._error is not None:
+                error, self._error = self._error, None
+                raise error
+
+    return _Stop()
 
 
 def _independent(M: np.ndarray) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 import os
 from typing import Any, TYPE_CHECKING
 
@@ -14,6 +15,7 @@ from scene_graph_ros.planning.checker.carried_checker import pack, PackedChecker
 from scene_graph_ros.planning.checker.checker_interface import CollisionChecker
 from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
 from scene_graph_ros.planning.errors import CollisionCheckerError
+from scene_graph_ros.planning.parallel.deadline import Deadline
 from scene_graph_ros.planning.parallel.in_executor import (
     AnyExecutor,
     checked_executor,
@@ -35,6 +37,10 @@ _LEAST_EDGES, _MOST_EDGES = 64, 4096
 """Of a share of the work: milliseconds to some tenths of a second for a robot of seven joints."""
 
 
+_HURRIED_EDGES = 512
+"""Of a share where there is a time limit."""
+
+
 def visibility_graph(
     checker: CollisionChecker,
     points: ArrayLike,
@@ -42,6 +48,8 @@ def visibility_graph(
     *,
     proof: bool = True,
     executor: AnyExecutor | None = None,
+    timeout: float | None = None,
+    watch: Callable[[], object] | None = None,
 ) -> csc_matrix:
     """Return the mutual visibility of ``points (n, nq)``: a symmetric matrix ``(n, n)`` of bool.
 
@@ -51,10 +59,14 @@ def visibility_graph(
     is asked for in one direction only.
 
     ``parallelize`` is a number of threads; True takes all processors. With an ``executor`` other
-    processes share the edges, each with as many threads; the graph is the same. Raises
-    KinematicTreeError and CollisionCheckerError for points of another shape, that are not finite
-    or beyond all scenes, and for a checker that can't be sent to other processes.
+    processes share the edges, each with as many threads; the graph is the same. ``watch`` is
+    called now and then and may raise.
+
+    Raises KinematicTreeError and CollisionCheckerError for points of another shape, that are not
+    finite or beyond all scenes, and for a checker that can't be sent to other processes;
+    OutOfTimeError where not all edges are decided after ``timeout`` (s).
     """
+    deadline = Deadline.of(timeout, watch, CollisionCheckerError)
     from scipy.sparse import csc_matrix
 
     q = checked_configurations(checker, points)
@@ -66,14 +78,17 @@ def visibility_graph(
         )
     # A point's own edge keeps what any edge has to keep.
     alone = np.arange(len(q))
+    deadline.check("not all edges were decided")
     seen = _free(checker, q, alone, alone, proof=proof, threads=threads)
     free = np.flatnonzero(seen)
     count = len(free) * (len(free) - 1) // 2
     asked: Any = checker if executor is None else pack(checker)
     least = _MOST_EDGES if executor is None else _LEAST_EDGES
-    parts = parts_of(count, least, _MOST_EDGES)
+    if deadline.is_set:
+        least = _LEAST_EDGES
+    parts = parts_of(count, least, _HURRIED_EDGES if deadline.is_set else _MOST_EDGES)
     shares = [(asked, q[free], *part, bool(proof), threads) for part in parts]
-    seen_parts = in_executor(_visible, shares, executor)
+    seen_parts = in_executor(_visible, shares, executor, deadline, "not all edges were decided")
     visible = np.concatenate([np.zeros(0, dtype=np.bool_), *seen_parts])
     i, j = (free[rows[visible]] for rows in numbered_pairs(len(free), 0, count))
     rows, columns = np.concatenate([free, i, j]), np.concatenate([free, j, i])

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 import copy
 import dataclasses
 import itertools
 from typing import Any
-
-import numpy as np
 
 from scene_graph_ros.convex.errors import ConvexSetError
 from scene_graph_ros.convex.graphs.graph import GraphOfConvexSets
@@ -28,7 +26,8 @@ from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.gcs.all_subgraphs import AllSubgraphs
 from scene_graph_ros.planning.gcs.edges_between_subgraphs import EdgesBetweenSubgraphs
-from scene_graph_ros.planning.gcs.joined_edges import Bounds, JoinedEdges
+from scene_graph_ros.planning.gcs.found_trajectory import found_trajectory
+from scene_graph_ros.planning.gcs.joined_edges import JoinedEdges
 from scene_graph_ros.planning.gcs.region_pairs import (
     as_pairs,
     GivenPairs,
@@ -36,14 +35,11 @@ from scene_graph_ros.planning.gcs.region_pairs import (
     meetings_between,
     meetings_inside,
 )
-from scene_graph_ros.planning.gcs.result import (
-    GcsTrajectoryResult,
-    measured,
-    Step,
-    trajectory_of,
-)
+from scene_graph_ros.planning.gcs.result import GcsTrajectoryResult
 from scene_graph_ros.planning.gcs.segment_variables import SegmentVariables
+from scene_graph_ros.planning.gcs.stops import best_with_stops, bound_of_given, Tie, ties_undone
 from scene_graph_ros.planning.gcs.subgraph import Subgraph
+from scene_graph_ros.planning.gcs.termination import in_time
 from scene_graph_ros.trajectories.composite_trajectory import CompositeTrajectory
 from scene_graph_ros.trajectories.unwrapping import (
     normalize_segment_times,
@@ -278,13 +274,17 @@ class GcsTrajectoryOptimization(AllSubgraphs):
         source: Subgraph,
         target: Subgraph,
         options: GraphOfConvexSetsOptions | None = None,
+        *,
+        timeout: float | None = None,
+        watch: Callable[[], object] | None = None,
     ) -> Solved:
         """Return the best trajectory from any region of one subgraph to any of another.
 
         By default the relaxation is solved and the best of five paths that it suggests returned;
         with ``convex_relaxation=False`` paths are searched until the gap is closed. The trajectory
         is None where there is none, and the result's ``reason`` says why; it is None, too, where
-        no region of a path takes time.
+        no region of a path takes time. After ``timeout`` (s) the best by then is returned, if any,
+        and ``is_stopped`` says so; ``watch`` is called now and then and may raise.
 
         Raises ConvexSetError for other subgraphs and for costs that may be negative, SolverError
         where the solver failed, or where its answer breaks a constraint.
@@ -292,7 +292,7 @@ class GcsTrajectoryOptimization(AllSubgraphs):
         label = "GcsTrajectoryOptimization.solve_path"
         self._check_subgraph(source, f"{label}: source")
         self._check_subgraph(target, f"{label}: target")
-        chosen = options or GraphOfConvexSetsOptions()
+        chosen = in_time(options, timeout, watch) or GraphOfConvexSetsOptions()
         if chosen.convex_relaxation is False and self._has_nonlinear_terms():
             raise ConvexSetError(
                 f"{label}: options.convex_relaxation must not be False where derivatives of q(t)"
@@ -303,9 +303,10 @@ class GcsTrajectoryOptimization(AllSubgraphs):
 
         def find() -> Solved:
             begin, end = self._one_vertex(source, True), self._one_vertex(target, False)
-            return self._solved(self._graph.solve_shortest_path(begin, end, chosen))
+            return self._solved(self._graph.solve_shortest_path(begin, end, chosen), chosen)
 
-        return self._whole_edits.try_out(lambda: [self._graph._additions_undone()], find)
+        undos = [ties_undone(self._ties()), self._graph._additions_undone()]
+        return self._whole_edits.try_out(lambda: undos, find)
 
     def _one_vertex(self, subgraph: Subgraph, is_source: bool) -> Vertex:
         """Return the only vertex of a subgraph, or a new one next to all of them."""
@@ -321,12 +322,16 @@ class GcsTrajectoryOptimization(AllSubgraphs):
         self,
         active_vertices: Sequence[Vertex],
         options: GraphOfConvexSetsOptions | None = None,
+        *,
+        timeout: float | None = None,
+        watch: Callable[[], object] | None = None,
     ) -> Solved:
         """Return the best trajectory through given regions in order, two or more.
 
         Raises ConvexSetError for vertices between which there is no edge, or more than one.
         """
         label = "GcsTrajectoryOptimization.solve_convex_restriction: active_vertices"
+        chosen = in_time(options, timeout, watch)
         self._settle()
         if len(active_vertices) < 2:
             raise ConvexSetError(f"{label} must be two or more, not {len(active_vertices)}")
@@ -343,38 +348,35 @@ class GcsTrajectoryOptimization(AllSubgraphs):
                     f" {len(between)}"
                 )
             edges.append(between[0])
-        return self._solved(self._graph.solve_convex_restriction(edges, options=options))
 
-    def _solved(self, found: GraphOfConvexSetsResult) -> Solved:
-        if not found.is_success:
-            return None, GcsTrajectoryResult(
-                False, found.cost, found.lower_bound, found.reason, found
+        def find() -> Solved:
+            found = self._graph.solve_convex_restriction(edges, chosen)
+            on_way = [tie for tie in self._ties() if tie.edge in edges]
+            found = bound_of_given(
+                found, on_way, edges, lambda e: self._graph.solve_convex_restriction(e, chosen)
             )
-        homes = {
-            vertex.id: (subgraph, vertex)
-            for subgraph in self._subgraphs
-            for vertex in subgraph.vertices
-        }
-        leaving = {edge.u.id: edge for edge in self._graph.edges if edge.id in found.path}
-        steps = []
-        for number, x in zip(found.vertices, found.points, strict=True):
-            if number not in homes:
-                continue  # a source or a target of several regions
-            subgraph, vertex = homes[number]
-            steps.append(Step(vertex, subgraph, x, *self._onward(leaving.get(number))))
-        trajectory = trajectory_of(steps)
-        return trajectory, measured(steps, found, trajectory)
+            return self._solved(found, chosen)
 
-    def _onward(
-        self, edge: Edge | None
-    ) -> tuple[np.ndarray, int, tuple[int, ...], tuple[Bounds, ...]]:
-        """Return the offset of an edge, its continuous orders of r(s) and q(t), and bounds."""
-        for each in (*self._subgraphs, *self._between):
-            offset = None if edge is None else each.offset_of(edge)
-            if offset is not None:
-                goes_on = each.continuity_order, tuple(each.continuous_derivatives)
-                return offset, *goes_on, each.meeting_bounds
-        return np.zeros(self._num_positions), 0, (), ()
+        return self._whole_edits.try_out(lambda: [ties_undone(self._ties())], find)
+
+    def _solved(
+        self, found: GraphOfConvexSetsResult, options: GraphOfConvexSetsOptions | None
+    ) -> Solved:
+        """Return the trajectory of a path, with stops where they make it cost less."""
+        ties = {tie.edge.id: tie for tie in self._ties()}
+        if ties:
+            found = best_with_stops(
+                found,
+                ties,
+                {edge.id: edge for edge in self._graph.edges},
+                lambda edges: self._graph.solve_convex_restriction(edges, options),
+            )
+        joined = (*self._subgraphs, *self._between)
+        leaving = [edge for edge in self._graph.edges if edge.id in found.path]
+        return found_trajectory(found, self._subgraphs, joined, leaving)
+
+    def _ties(self) -> list[Tie]:
+        return [tie for each in (*self._subgraphs, *self._between) for tie in each.ties()]
 
     def get_graphviz_string(
         self,

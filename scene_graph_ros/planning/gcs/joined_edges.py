@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from scene_graph_ros.convex.errors import ConvexSetError
+from scene_graph_ros.convex.graphs.expressions.expressions import Constraint
 from scene_graph_ros.convex.graphs.expressions.functions import FunctionConstraint
 from scene_graph_ros.convex.graphs.expressions.transcription import (
     ALL_TRANSCRIPTIONS,
@@ -29,6 +30,7 @@ from scene_graph_ros.planning.gcs.placeholders import (
     placed_cost,
 )
 from scene_graph_ros.planning.gcs.segment_variables import SegmentVariables
+from scene_graph_ros.planning.gcs.stops import Tie
 
 __all__ = ["JoinedEdges", "Used"]
 
@@ -60,6 +62,8 @@ class JoinedEdges:
         self._continuous: set[int] = set()
         self._functions: list[tuple[Edge, int, FunctionConstraint]] = []
         self._has_tied_durations = False
+        self._held: dict[int, list[Constraint]] = {}
+        """By edges' numbers: equal durations, and what follows where they are."""
         self.has_nonlinear_bounds = False
         """Whether derivatives above the first are bounded."""
 
@@ -141,11 +145,11 @@ class JoinedEdges:
 
         For all orders up to k it is to be called with each of 1 to k. Durations make it no convex
         constraint: paths keep it near the points that the relaxation leads to, and the relaxation
-        has the same of r(s). The result has no lower bound then. Raises ConvexSetError for an
-        order below 1 or above that of a segment.
+        has the same of r(s), the bound has nothing of it. Raises ConvexSetError for an order below
+        1 or above that of a segment.
 
-        Where the same derivative of the path r(s) is asked to go on, too, the durations of both
-        segments are the same: a motion that stops where they meet is not looked for.
+        Where the same derivative of the path r(s) is asked to go on, too, either the durations of
+        both segments are the same, or the motion stops where they meet, if that costs less.
         """
         label = f"{self._name}: add_continuity_constraints: continuity_order"
         order = as_whole(continuity_order, label, 1)
@@ -160,7 +164,7 @@ class JoinedEdges:
         for edge in self._edges:
             if self._has_tied_durations:
                 if order > self._continuity:
-                    continue_path_derivative(edge, self._first, self._second, order)
+                    self._hold(edge, order)
             else:
                 term = continue_derivative(edge, self._first, self._second, order)
                 self._functions.append((edge, order, term))
@@ -178,12 +182,36 @@ class JoinedEdges:
             return
         self._has_tied_durations = True
         for edge in self._edges:
-            edge.add_constraint(self._first.time(edge.u.id) == self._second.time(edge.v.id))
+            for used in (Transcription.RELAXATION, Transcription.RESTRICTION):
+                same = self._first.time(edge.u.id) == self._second.time(edge.v.id)
+                edge.add_constraint(same, used)
+            self._held[edge.id] = [same]
         for edge, order, term in self._functions:
             edge.discard_constraint(term)
             if order > self._continuity:
-                used = Transcription.RESTRICTION
-                continue_path_derivative(edge, self._first, self._second, order, used)
+                self._hold(edge, order)
+
+    def _hold(self, edge: Edge, order: int) -> None:
+        """Have a derivative of r(s) go on where durations are equal."""
+        ends = self._first, self._second
+        for used in (Transcription.RELAXATION, Transcription.RESTRICTION):
+            held = continue_path_derivative(edge, *ends, order, used)
+        self._held[edge.id].append(held)
+
+    def ties(self) -> list[Tie]:
+        """Return the ties of durations; see `stops`."""
+        return [self._tie(edge) for edge in self._edges if edge.id in self._held]
+
+    def _tie(self, edge: Edge) -> Tie:
+        stopped = [
+            segment.path(key, index, order) == 0.0
+            for order in sorted(self._continuous)
+            for segment, index, key in (
+                (self._first, self._first.order - order, edge.u.id),
+                (self._second, 0, edge.v.id),
+            )
+        ]
+        return Tie(edge, tuple(self._held[edge.id]), tuple(stopped))
 
     @property
     def continuous_derivatives(self) -> list[int]:

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from scene_graph_ros.convex.graphs.expressions.expressions import Constraint
 from scene_graph_ros.convex.graphs.expressions.functions import WrittenConstraint
 from scene_graph_ros.convex.graphs.expressions.transcription import (
     ALL_TRANSCRIPTIONS,
@@ -40,10 +41,12 @@ def continue_path_derivative(
     second: SegmentVariables,
     order: int,
     used: Iterable[Transcription] | Transcription = ALL_TRANSCRIPTIONS,
-) -> None:
-    """Have a derivative of r(s) go on from one segment to the next."""
+) -> Constraint:
+    """Have a derivative of r(s) go on from one segment to the next; return the constraint."""
     end = first.path(edge.u.id, first.order - order, order)
-    edge.add_constraint(end == second.path(edge.v.id, 0, order), used)
+    constraint: Constraint = end == second.path(edge.v.id, 0, order)
+    edge.add_constraint(constraint, used)
+    return constraint
 
 
 def continue_derivative(

@@ -23,14 +23,16 @@ from scene_graph_ros.planning.checker.distance_and_interpolation import (
 )
 from scene_graph_ros.planning.checker.path_ends import pair_words
 from scene_graph_ros.planning.edges.edge_measure import EdgeMeasure, EdgeStatus
+from scene_graph_ros.planning.errors import OutOfTimeError
 from scene_graph_ros.planning.gcs.edges_between_subgraphs import EdgesBetweenSubgraphs
 from scene_graph_ros.planning.gcs.gcs_trajectory_optimization import GcsTrajectoryOptimization
-from scene_graph_ros.planning.gcs.region_clock import RegionClock
 from scene_graph_ros.planning.gcs.result import GcsTrajectoryResult
-from scene_graph_ros.planning.paths.path_planner import plan_path
+from scene_graph_ros.planning.parallel.deadline import Deadline
+from scene_graph_ros.planning.paths.path_planner import PATIENCE, plan_path
 from scene_graph_ros.planning.paths.search.position_space import (
     get_continuous_revolute_joint_indices,
 )
+from scene_graph_ros.planning.plan_failure import PlanFailure
 from scene_graph_ros.planning.regions.around_seeds import regions_along
 from scene_graph_ros.planning.regions.errors import RegionNotFoundError
 from scene_graph_ros.planning.regions.held_positions import Held
@@ -104,15 +106,15 @@ def plan_through_regions(
     trajectory are of the group's alone; all others stay as they are at the start.
 
     ``options`` are those of `GcsTrajectoryOptimization.solve_path`. After ``timeout`` (s) no path
-    is looked for any more, no region grows, and a search solves no further program; one convex
-    program is finished first. Without it a path is looked for for 60 s. ``watch`` is called now
-    and then, and may raise.
+    is looked for any more, no region grows, and the best trajectory that was found is the answer.
+    Without it a path is looked for for 60 s. ``watch`` is called now and then, and may raise.
 
     Raises ConvexSetError for regions and a timeout that make no sense, KinematicTreeError for a
     group that there is not, OSError where the file can't be read, SolverError where the solver
-    failed, RegionNotFoundError where there is no path to grow regions along, or none grew in time.
+    failed, RegionNotFoundError where there is no path to grow regions along, OutOfTimeError where
+    none grew in time.
     """
-    label, clock = "plan_through_regions", RegionClock(timeout, watch)
+    label, deadline = "plan_through_regions", Deadline.of(timeout, watch, ConvexSetError)
     if isinstance(regions, (str, Path)):
         regions = list(load_iris_regions_yaml_file(regions).values())
     first = as_vector(start, f"{label}: start")
@@ -125,7 +127,7 @@ def plan_through_regions(
     held = _held(checker, group, first, last, label)
     grown: tuple[ConvexSet, ...] = ()
     if regions is None:
-        regions = grown = _grown(checker, (first, last), group, growth_padding, seed, clock)
+        regions = grown = _grown(checker, (first, last), group, growth_padding, seed, deadline)
     first, last = first[held.rows], last[held.rows]
     fastest = _speeds(velocities, len(first))
     if continuous_revolute_joints is None:
@@ -141,9 +143,13 @@ def plan_through_regions(
     graph.add_velocity_bounds(-fastest, fastest)
     if as_whole(continuity_order, f"{label}: continuity_order", 0):
         free.add_path_continuity_constraints(continuity_order)
-    trajectory, result = graph.solve_path(begin, end, clock.in_time(options))
+    trajectory, result = graph.solve_path(
+        begin, end, options, timeout=deadline.left, watch=deadline.look if watch else None
+    )
     if trajectory is None:
-        late = f"no trajectory was found {clock.words}" if clock.is_late() else ""
+        late = ""
+        if result.is_stopped and deadline.is_over():
+            late = f"no trajectory was found within {deadline.timeout:.10g} s"
         reason = _why(ends, free.regions, first, last) or late or result.reason
         return RegionPlan(None, result, (), reason, (), grown)
     whole = graph.unwrap_to_continuous_trajectory(trajectory, graph.continuous_revolute_joints)
@@ -192,7 +198,7 @@ def _grown(
     group: str | None,
     padding: float,
     seed: int,
-    clock: RegionClock,
+    deadline: Deadline,
 ) -> tuple[ConvexSet, ...]:
     """Return regions along a path, both with more padding."""
     label = "plan_through_regions"
@@ -212,14 +218,16 @@ def _grown(
         *ends,
         seed=seed,
         group=group,
-        timeout=clock.left,
-        watch=clock.follow,
+        timeout=PATIENCE if deadline.timeout is None else deadline.left,
+        watch=lambda _: deadline.look(),
     )
+    if path.failure is PlanFailure.TIMEOUT:
+        raise OutOfTimeError(f"{label}: no path to grow regions along: {path.reason}")
     if not path.is_success:
         raise RegionNotFoundError(f"{label}: no path to grow regions along: {path.reason}")
-    constraints = clock.growing if clock.is_set else None
-    options = IrisZoOptions(random_seed=seed, additional_constraints=constraints)
-    found = regions_along(padded, path.configurations, options=options, group=group)
+    how: dict[str, Any] = {"timeout": deadline.left, "watch": deadline.look}
+    options = IrisZoOptions(random_seed=seed)
+    found = regions_along(padded, path.configurations, options=options, group=group, **how)
     return tuple(each.region for each in found)
 
 

@@ -88,6 +88,11 @@ class GcsTrajectoryResult:
     in its region."""
 
     @property
+    def is_stopped(self) -> bool:
+        """Whether the time was over, or ``termination_func`` ended it."""
+        return self.graph_result.is_stopped
+
+    @property
     def gap(self) -> float:
         """How much less than the cost a trajectory might cost, in the cost's own units."""
         return max(0.0, self.cost - self.lower_bound) if self.is_success else np.inf

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +13,9 @@ from scene_graph_ros.geometry.spatial.poses import as_pose, as_poses
 from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
 from scene_graph_ros.planning.ik.arguments import first_configurations, whole_number
 from scene_graph_ros.planning.ik.pose_search import pose_search, PoseSearch, Tries, which_move
+from scene_graph_ros.planning.ik.pose_target import InverseKinematicsError
 from scene_graph_ros.planning.ik.tool_chain import carrying_positions
+from scene_graph_ros.planning.parallel.deadline import Deadline
 from scene_graph_ros.robots.kinematic_tree import KinematicTree
 
 __all__ = ["PosesReached", "inverse_kinematics_of_poses"]
@@ -39,13 +42,15 @@ class PosesReached:
     limits, and free of collisions where a checker was asked. Elsewhere they are the nearest that
     was found: the errors say how near. Errors within 1e-9 without success mean that all that
     reach it, of those found, collide. ``position_errors`` ``(m,)`` are in m, ``rotation_errors``
-    ``(m,)`` in rad.
+    ``(m,)`` in rad. ``is_tried`` ``(m,)`` is false where the time was over before all tries that a
+    pose may have, and none of them had reached it.
     """
 
     is_success: NDArray[np.bool_]
     configurations: NDArray[np.float64]
     position_errors: NDArray[np.float64]
     rotation_errors: NDArray[np.float64]
+    is_tried: NDArray[np.bool_]
 
     @property
     def num_poses(self) -> int:
@@ -67,6 +72,9 @@ def inverse_kinematics_of_poses(
     group: str | None = None,
     tries: int = 64,
     seed: int = 0,
+    *,
+    timeout: float | None = None,
+    watch: Callable[[], object] | None = None,
 ) -> PosesReached:
     """Return configurations that put a tool T where each of many poses says, to 1e-9 m and rad.
 
@@ -77,7 +85,9 @@ def inverse_kinematics_of_poses(
     first begins there, all go on along the pose's null space to where they are nearest to it,
     and the nearest of eight is the answer, or of the next eight. ``group`` names the group of
     joints that may move; all others stay at ``near``, by default zero, and so do those that do not
-    carry the link. A pose has the same answer, bit for bit, with any poses beside it.
+    carry the link. A pose has the same answer, bit for bit, with any poses beside it, unless the
+    time is over: after ``timeout`` (s) no tries are begun. ``watch`` is called now and then and
+    may raise.
 
     Raises InverseKinematicsError naming the argument, InvalidPoseError for a pose that is not
     rigid, and KinematicTreeError for an unknown link or group, and for ``near`` with numbers that
@@ -90,15 +100,17 @@ def inverse_kinematics_of_poses(
     poses = as_poses(X_WTs, "X_WTs")
     X = as_pose(np.eye(4) if X_LT is None else X_LT, "X_LT")
     q = first_configurations(tree, near, len(poses))
-    result = PosesReached(
-        np.zeros(len(poses), dtype=np.bool_), q, np.empty(len(poses)), np.empty(len(poses))
-    )
+    deadline = Deadline.of(timeout, watch, InverseKinematicsError)
+    is_none = np.zeros(len(poses), dtype=np.bool_)
+    ways, turns = np.empty((2, len(poses)))
+    result = PosesReached(is_none, q, ways, turns, ~is_none)
     stays = carrying_positions(tree, link) & ~moves
     for rows in _alike(q[:, stays]):
         search = pose_search(tree, link, X, moves, q[rows[0]], tries=tries, seed=seed)
         for first in range(0, len(rows), _CHUNK):
             part = rows[first : first + _CHUNK]
-            _Chunk(search, poses[part], q[part], near is not None, tries, free).solve(result, part)
+            chunk = _Chunk(search, poses[part], q[part], near is not None, tries, free)
+            chunk.solve(result, part, deadline)
     return result
 
 
@@ -134,10 +146,12 @@ class _Chunk:
             np.zeros((m, tries), dtype=np.bool_),
         )
 
-    def solve(self, result: PosesReached, rows: NDArray[np.intp]) -> None:
+    def solve(self, result: PosesReached, rows: NDArray[np.intp], deadline: Deadline) -> None:
         """Write the answers into rows of a result."""
         is_open, tries, first = np.ones(len(rows), dtype=np.bool_), self._tries, 0
         while first < self._count and is_open.any():
+            if deadline.is_over():
+                break
             at = np.flatnonzero(is_open)
             count = min(self._next(first, len(at)), self._count - first)
             made = self._search.tried(
@@ -154,7 +168,12 @@ class _Chunk:
             is_open[at] = chosen < 0
             self._write(made, chosen, at, result, rows, is_success=True)
             first += count
-        self._write_failures(np.flatnonzero(is_open), result, rows)
+        left = np.flatnonzero(is_open)
+        if first < self._count and len(left):
+            result.is_tried[rows[left]] = False
+            self._write_unfinished(left, first, result, rows)
+        else:
+            self._write_failures(left, result, rows)
 
     def _next(self, first: int, count: int) -> int:
         """Return the number of next tries of each of so many poses."""
@@ -176,6 +195,20 @@ class _Chunk:
         made = self._search.polished(self._goals[at], self._homes[at], tries.of(open_ones))
         self._write(made, self._search.nearest(made)[:, 0], at, result, rows, is_success=False)
         self._write(made, self._chosen(made, at), at, result, rows, is_success=True)
+
+    def _write_unfinished(
+        self, at: NDArray[np.intp], count: int, result: PosesReached, rows: NDArray[np.intp]
+    ) -> None:
+        """Write the nearest of so many tries, or where they would have begun."""
+        tries = self._tries.of(at)
+        if count:
+            x, errors, reached = tries
+            tries = Tries(x[:, :count], errors[:, :count], reached[:, :count])
+        else:
+            tries = self._search.untried(self._goals[at], self._homes[at])
+        blocked = np.where(tries.reached.any(axis=1), self._order(tries, at)[:, 0], -1)
+        nearest = np.where(blocked < 0, self._search.nearest(tries)[:, 0], blocked)
+        self._write(tries, nearest, at, result, rows, is_success=False)
 
     def _order(self, tries: Tries, at: NDArray[np.intp]) -> NDArray[np.intp]:
         """Return tries in the order in which they are answers; those that reach nothing last."""

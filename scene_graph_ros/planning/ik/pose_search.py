@@ -160,6 +160,10 @@ class PoseSearch:
         """Return the ends of descents from ``x`` ``(m, n)`` to goals ``(m, 7)``, one for each."""
         return self._descended(goals, x, x[:, np.newaxis], np.zeros(1), _STEPS, True)
 
+    def untried(self, goals: NDArray[np.float64], x: NDArray[np.float64]) -> Tries:
+        """Return ``x`` ``(m, n)`` and the errors there, without a step."""
+        return self._descended(goals, x, x[:, np.newaxis], np.zeros(1), 0, True)
+
     def polished(
         self, goals: NDArray[np.float64], homes: NDArray[np.float64], tries: Tries
     ) -> Tries:

@@ -14,7 +14,8 @@ from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisi
 from scene_graph_ros.planning.checker.path_ends import find_troubles
 from scene_graph_ros.planning.ik.arguments import first_configurations, whole_number
 from scene_graph_ros.planning.ik.pose_search import pose_search, PoseSearch, Tries, which_move
-from scene_graph_ros.planning.ik.pose_target import PoseTarget
+from scene_graph_ros.planning.ik.pose_target import InverseKinematicsError, PoseTarget
+from scene_graph_ros.planning.parallel.deadline import Deadline
 from scene_graph_ros.planning.parallel.stoppable import new_stop
 from scene_graph_ros.robots.kinematic_tree import KinematicTree
 
@@ -34,6 +35,8 @@ class InverseKinematicsFailure(enum.Enum):
     """No try came near enough."""
     COLLIDES = 2
     """All that did collide."""
+    TIMEOUT = 3
+    """None was found in time."""
 
 
 @one_line()
@@ -70,7 +73,8 @@ def inverse_kinematics(
     solutions: int = 1,
     tries: int = 256,
     seed: int = 0,
-    is_over: Callable[[], bool] | None = None,
+    timeout: float | None = None,
+    watch: Callable[[], object] | None = None,
 ) -> InverseKinematics:
     """Return configurations that put a target's tool where it is to be, or why there are none.
 
@@ -80,8 +84,9 @@ def inverse_kinematics(
     Joints without limits end within half a turn of ``near``. They end when there are so many
     different ``solutions``. ``group`` names the group of
     joints that may move; all others stay at ``near``, and so do those that do not carry the link.
-    The same ``seed`` gives the same, unless ``is_over``, which is asked after every 32 tries, ends
-    them.
+    The same ``seed`` gives the same, unless the time is over before: ``timeout`` (s) ends the
+    tries, and what was found by then is the answer. ``watch`` is called now and then and may
+    raise.
 
     Raises InverseKinematicsError naming the argument, and KinematicTreeError for an unknown link
     or group, and for ``near`` of another shape or with numbers that mean nothing.
@@ -92,6 +97,7 @@ def inverse_kinematics(
     tries, seed = whole_number("tries", tries, least=1), whole_number("seed", seed)
     moves = which_move(tree, target.link, group)
     first = first_configurations(tree, near)
+    deadline = Deadline.of(timeout, watch, InverseKinematicsError)
     search = pose_search(
         tree,
         target.link,
@@ -104,15 +110,17 @@ def inverse_kinematics(
     )
     goals, homes = search.goals(target.X_WT[np.newaxis]), search.chain.coordinates(first)
     found, done = _Found(search, first, checker), 0
-    while done < tries and len(found.free) < solutions:
+    is_late = deadline.is_over()
+    while done < tries and len(found.free) < solutions and not is_late:
         count = min(_TOGETHER, tries - done)
         found.add(search.tried(goals, homes, done, count, begins_at_home=True, pulled=1))
         done += count
-        if is_over is not None and is_over():
-            break
-    if not len(found.free) + len(found.blocked):
+        is_late = deadline.is_over()
+    if not done:
+        found.add(search.untried(goals, homes))
+    elif not len(found.free) + len(found.blocked) and not is_late:
         found.add(search.polished(goals, homes, found.made))
-    return found.answer(target, solutions, done)
+    return found.answer(target, solutions, done, deadline if is_late and done < tries else None)
 
 
 class _Found:
@@ -145,33 +153,40 @@ class _Found:
     def _configurations(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         return self._search.chain.configurations(x, np.repeat(self._first, len(x), axis=0))
 
-    def answer(self, target: PoseTarget, solutions: int, tries: int) -> InverseKinematics:
+    def answer(
+        self, target: PoseTarget, solutions: int, tries: int, late: Deadline | None
+    ) -> InverseKinematics:
+        """Return it, after so many tries; ``late`` is the deadline that has ended them."""
         row = int(self._search.nearest(self.made)[0, 0])
         position, rotation = map(float, self.made.errors[0, row])
         if len(self.free):
             rows = self.free[:solutions]
             return InverseKinematics(rows, rows[0], position, rotation, None, None, tries)
         none = self.free
+        when = "" if late is None else f" within {late.timeout:.10g} s"
         if len(self.blocked) and self._checker is not None:
             nearest, kind = self.blocked[0], InverseKinematicsFailure.COLLIDES
-            reason = self._why_blocked(self._checker)
+            reason = self._why_blocked(self._checker, when)
+            kind = kind if late is None else InverseKinematicsFailure.TIMEOUT
             return InverseKinematics(none, nearest, position, rotation, kind, reason, tries)
         kind = InverseKinematicsFailure.UNREACHED
+        if late is not None:
+            kind = InverseKinematicsFailure.TIMEOUT
         reason = (
-            f"none of {tries} tries brings {target.link!r} to the target: the nearest is"
+            f"none of {tries} tries{when} brings {target.link!r} to the target: the nearest is"
             f" {1e3 * position:.4g} mm and {rotation:.4g} rad off"
         )
         (nearest,) = self._configurations(self.made.x[0, row : row + 1])
         return InverseKinematics(none, nearest, position, rotation, kind, reason, tries)
 
-    def _why_blocked(self, checker: SceneGraphCollisionChecker) -> str:
+    def _why_blocked(self, checker: SceneGraphCollisionChecker, when: str) -> str:
         (trouble,) = find_troubles(checker, self.blocked[:1], checker.tolerance, new_stop())
         words = trouble.words if trouble is not None else "collides"
         if len(self.blocked) == 1:
-            return f"the only configuration that reaches the target {words}"
+            return f"the only configuration that reaches the target{when} {words}"
         return (
-            f"all {len(self.blocked)} configurations that reach the target collide; the nearest"
-            f" {words}"
+            f"all {len(self.blocked)} configurations that reach the target{when} collide; the"
+            f" nearest {words}"
         )
 
 

@@ -20,6 +20,7 @@ from scene_graph_ros.planning.optimal_control.program_result import (
     SolveStatus,
 )
 from scene_graph_ros.planning.optimal_control.solver_options import SolverOptions
+from scene_graph_ros.planning.parallel.deadline import Deadline, ENDLESS
 
 __all__ = ["IpoptRun"]
 
@@ -81,8 +82,13 @@ class IpoptRun:
     """Solves a program once."""
 
     def __init__(
-        self, program: ProgramParts, options: SolverOptions, evaluate: Callable[..., Any]
+        self,
+        program: ProgramParts,
+        options: SolverOptions,
+        evaluate: Callable[..., Any],
+        deadline: Deadline = ENDLESS,
     ) -> None:
+        self._deadline = deadline
         self.ca = get_casadi()
         self.program, self.options, self.evaluate = program, options, evaluate
         self.given = ProgramForIpopt(program)
@@ -120,6 +126,8 @@ class IpoptRun:
             iterations += int(stats["iter_count"])
             result = self._result(found, stats, iterations, start + 1)
             if result.is_success or result.status not in _WORTH_ANOTHER:
+                break
+            if self._deadline.is_over():
                 break
         return replace(result, seconds=time.process_time() - begin)
 
@@ -195,14 +203,18 @@ class IpoptRun:
             row -= len(constraint.lower)
         raise AssertionError(row)
 
-    def watch(self, x: NDArray[np.float64], f: float, g: NDArray[np.float64]) -> None:
-        """Take note of a point on the way, of its cost and of the rows that IPOPT has."""
+    def watch(self, x: NDArray[np.float64], f: float, g: NDArray[np.float64]) -> bool:
+        """Take note of a point on the way, of its cost and of the rows that IPOPT has.
+
+        Return whether it is time to stop.
+        """
         beyond = self.given.largest_beyond(x, g)
         merit = max(beyond - self.options.feasibility_tolerance, 0.0), f
         if merit < self.best:
             self.best, self.best_x = merit, x
         for callback in self.program.callbacks:
             callback(x)
+        return self._deadline.is_over()
 
     def _raise_lost(self) -> None:
         """Raise the error that was raised inside CasADi."""
@@ -215,6 +227,8 @@ class IpoptRun:
     def _result(self, found: Any, stats: Any, iterations: int, starts: int) -> ProgramResult:
         word = str(stats["return_status"])
         status = _STATUS.get(word, SolveStatus.FAILED)
+        if status is SolveStatus.STOPPED and self._deadline.is_over():
+            status = SolveStatus.TIME_LIMIT
         x = np.array(found["x"]).ravel()
         if status is not SolveStatus.SOLVED and self.best_x is not None:
             x = self.best_x
@@ -294,10 +308,9 @@ def _watcher(ca: Any, run: IpoptRun) -> Any:
         def eval(self, given: Any) -> Any:
             try:
                 x, f, g = (given[place].full().ravel() for place in places)
-                run.watch(x, float(f[0]), g)
+                return [int(run.watch(x, float(f[0]), g))]
             except BaseException as error:  # noqa: BLE001 - raised again when the solver ended
                 run.error = error
                 return [1]
-            return [0]
 
     return _Watcher()

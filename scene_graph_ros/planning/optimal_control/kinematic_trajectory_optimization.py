@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -28,6 +29,7 @@ from scene_graph_ros.planning.optimal_control.kinematic_result import KinematicT
 from scene_graph_ros.planning.optimal_control.numpy_function import NumpyFunction
 from scene_graph_ros.planning.optimal_control.program_result import ProgramResult
 from scene_graph_ros.planning.optimal_control.solver_options import SolverOptions
+from scene_graph_ros.planning.parallel.deadline import Deadline
 from scene_graph_ros.trajectories.bspline_trajectory import BsplineTrajectory
 
 __all__ = ["KinematicTrajectoryOptimization"]
@@ -127,21 +129,30 @@ class KinematicTrajectoryOptimization(KinematicCurve):
         *,
         warm_start: KinematicTrajectoryResult | None = None,
         max_rounds: int = 8,
+        timeout: float | None = None,
+        watch: Callable[[], object] | None = None,
     ) -> KinematicTrajectoryResult:
         """Return the best curve that is found from the guess, or from an earlier result.
 
         With clearance it is solved up to ``max_rounds`` times, until the curve is proven free, by
-        default to a tolerance of 1e-6. ``warm_start`` is for the first.
+        default to a tolerance of 1e-6. ``warm_start`` is for the first. After ``timeout`` (s) the
+        best curve by then is proven and returned, with the reason; ``watch`` is called now and
+        then and may raise.
         Raises TrajectoryOptimizationError where something is no number at the guess.
         """
         rounds = as_count("max_rounds", max_rounds, 1)
+        deadline = Deadline.of(timeout, watch, TrajectoryOptimizationError)
         if options is None:
             options = _LOOSER if self._clear else _BEGINS_NEAR
         before = None if warm_start is None else warm_start.program_result
         for k in range(1, rounds + 1):
-            result = self.result_of(self._prog.solve(options, warm_start=before), k)
+            found = self._prog.solve(
+                options, warm_start=before, timeout=deadline.left, watch=deadline.look
+            )
+            result = self.result_of(found, k)
             places = self._places(result)
-            if not result.program_result.is_success or not places or k == rounds:
+            is_last = k == rounds or deadline.is_over()
+            if not result.program_result.is_success or not places or is_last:
                 break
             for clear, s in places:
                 for near in (s - clear.spacing, s, s + clear.spacing):

@@ -185,13 +185,17 @@ class MultipleShooting(ShootingVariables, ABC):
         options: SolverOptions | None = None,
         *,
         warm_start: TrajectoryOptimizationResult | None = None,
+        timeout: float | None = None,
+        watch: Callable[[], object] | None = None,
     ) -> TrajectoryOptimizationResult:
         """Return the best trajectory that is found from the guess, or from an earlier result.
 
-        Raises TrajectoryOptimizationError where something is no number at the guess.
+        ``timeout`` (s) and ``watch`` are as of `NonlinearProgram.solve`. Raises
+        TrajectoryOptimizationError where something is no number at the guess.
         """
         before = None if warm_start is None else warm_start.program_result
-        return self.result_of(self._prog.solve(options, warm_start=before))
+        found = self._prog.solve(options, warm_start=before, timeout=timeout, watch=watch)
+        return self.result_of(found)
 
     def result_of(self, found: ProgramResult) -> TrajectoryOptimizationResult:
         """Return the trajectory's result from a solution of the program."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from scene_graph_ros.planning.optimal_control.ipopt import IpoptRun
 from scene_graph_ros.planning.optimal_control.program_parts import Block, Constraint, ProgramParts
 from scene_graph_ros.planning.optimal_control.program_result import ProgramResult
 from scene_graph_ros.planning.optimal_control.solver_options import SolverOptions
+from scene_graph_ros.planning.parallel.deadline import Deadline
 
 __all__ = ["Constraint", "NonlinearProgram"]
 
@@ -254,15 +255,23 @@ class NonlinearProgram(ProgramParts):
         self._guesses[k] = array.copy()
 
     def solve(
-        self, options: SolverOptions | None = None, *, warm_start: ProgramResult | None = None
+        self,
+        options: SolverOptions | None = None,
+        *,
+        warm_start: ProgramResult | None = None,
+        timeout: float | None = None,
+        watch: Callable[[], object] | None = None,
     ) -> ProgramResult:
         """Return the best point that IPOPT finds from the guess, or from an earlier result.
 
         ``warm_start`` is a result of this program, perhaps before bounds or costs were added to
-        it: its point and its multipliers are where the search begins. Raises
+        it: its point and its multipliers are where the search begins. After ``timeout`` (s), for
+        all starts together, the best point by then is returned with the status ``TIME_LIMIT``;
+        ``watch`` is called at iterations now and then, and may raise. Raises
         TrajectoryOptimizationError where a cost or constraint is no number at the guess.
         """
-        run = IpoptRun(self, options or SolverOptions(), self.evaluate)
+        deadline = Deadline.of(timeout, watch, TrajectoryOptimizationError)
+        run = IpoptRun(self, options or SolverOptions(), self.evaluate, deadline)
         return run.solved(warm_start)
 
     def evaluate(self, expression: Any, x: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import BrokenExecutor, Executor, Future
+from concurrent.futures import BrokenExecutor, Executor, Future, wait
 from typing import Any, TypeAlias, TypeVar
 import warnings
 
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.errors import CollisionCheckerError
+from scene_graph_ros.planning.parallel.deadline import Deadline, ENDLESS
 
 __all__ = ["AnyExecutor", "checked_executor", "in_executor", "parts_of"]
 
@@ -20,6 +21,9 @@ _MOST_EXECUTORS = 3
 
 _PARTS = 64
 """Of a piece of work, at least: as many workers as that are kept busy."""
+
+_TURN = 0.05
+"""Seconds between two looks at a deadline."""
 
 Result = TypeVar("Result")
 
@@ -47,19 +51,26 @@ def in_executor(
     function: Callable[..., Result],
     shares: Sequence[tuple[Any, ...]],
     executor: AnyExecutor | None,
+    deadline: Deadline = ENDLESS,
+    what: str = "not done",
 ) -> list[Result]:
     """Return the answers of a function of a module to each part's arguments, in their order.
 
     A process pool is broken when one of its workers dies. Its unfinished parts are done again: by
     another pool where ``executor`` makes them, at most three in all, else by this process, which a
     RuntimeWarning tells. Executors that replace their workers themselves, as dask's, do so. Errors
-    of the function are raised, and the parts that have not begun are dropped.
+    of the function are raised, and the parts that have not begun are dropped; so they are where a
+    ``deadline`` is over, which raises OutOfTimeError with ``what``.
     """
     if executor is None:
-        return [function(*share) for share in shares]
+        answers = []
+        for share in shares:
+            deadline.check(what)
+            answers.append(function(*share))
+        return answers
     done: dict[int, Result] = {}
     if isinstance(executor, Executor):
-        if _collect(function, shares, executor, done) is not None:
+        if _collect(function, shares, executor, done, deadline, what) is not None:
             left = len(shares) - len(done)
             warnings.warn(
                 f"workers of the executor died: {left} of {len(shares)} shares are done by this"
@@ -69,11 +80,12 @@ def in_executor(
             )
             for k in range(len(shares)):
                 if k not in done:
+                    deadline.check(what)
                     done[k] = function(*shares[k])
         return [done[k] for k in range(len(shares))]
     for attempt in range(_MOST_EXECUTORS):
         with _made(executor) as pool:
-            broken = _collect(function, shares, pool, done)
+            broken = _collect(function, shares, pool, done, deadline, what)
         if broken is None:
             break
         if attempt == _MOST_EXECUTORS - 1:
@@ -95,6 +107,8 @@ def _collect(
     shares: Sequence[tuple[Any, ...]],
     pool: Executor,
     done: dict[int, Result],
+    deadline: Deadline,
+    what: str,
 ) -> BrokenExecutor | None:
     """Note a pool's answers to the parts that are not done; return its fault, if any."""
     futures: dict[int, Future[Result]] = {}
@@ -108,6 +122,8 @@ def _collect(
     try:
         for k, future in futures.items():
             try:
+                while deadline.is_set and not wait([future], _TURN).done:
+                    deadline.check(what)
                 done[k] = future.result()
             except BrokenExecutor as error:
                 broken = error

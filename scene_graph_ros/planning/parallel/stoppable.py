@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor, wait
-import math
-import time
 from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+
+from scene_graph_ros.planning.parallel.deadline import Deadline
 
 __all__ = ["ENDLESS", "LOOKS", "Stops", "Turns", "new_stop", "run_stoppable"]
 
@@ -58,12 +58,8 @@ class Turns:
     def __init__(self, timeout: float | None, watch: Callable[[], None]) -> None:
         """Begin to count time; ``watch`` is called now and then, and may raise an exception."""
         self.stops = Stops(new_stop(), new_stop())
-        self._watch, self._now = watch, time.monotonic()
-        self._end = math.inf if timeout is None else self._now + timeout
-        self._next_look = self._now
+        self._deadline = Deadline(timeout, watch)
         self._is_beside = False
-        # Without time nothing is looked for.
-        self.stops.looking[0] = int(timeout == 0.0)
         for stop in self.stops:
             stop[1] = LOOKS
         self.pause()
@@ -72,13 +68,11 @@ class Turns:
         """See whether it is time to stop. Signals raise their exceptions here, too."""
         if self._is_beside:
             return  # The thread that waits sees that.
-        now = time.monotonic()
-        if now >= self._next_look:
-            self._watch()
-            self._next_look = now + _TURN
-        if now >= self._end:
+        self._deadline.look()
+        late = self._deadline.late
+        if late >= 0.0:
             self.stops.looking[0] = 1
-            if now >= self._end + _GRACE:
+            if late >= _GRACE:
                 self.stops.proving[0] = 1
 
     def beside(self, job: Callable[[], _Answer]) -> _Answer:
@@ -90,7 +84,7 @@ class Turns:
             stop[1] = ENDLESS
         self._is_beside = True
         try:
-            return _waited_for(job, self.stops, self._end, self._watch)
+            return _waited_for(job, self.stops, self._deadline)
         finally:
             for stop in self.stops:
                 stop[1] = LOOKS
@@ -111,20 +105,17 @@ def run_stoppable(
     stops = Stops(new_stop(), new_stop())
     # Without time nothing is looked for, however soon the other thread begins.
     stops.looking[0] = int(timeout == 0.0)
-    end = math.inf if timeout is None else time.monotonic() + timeout
-    return _waited_for(lambda: job(stops), stops, end, watch)
+    return _waited_for(lambda: job(stops), stops, Deadline(timeout, watch))
 
 
-def _waited_for(
-    job: Callable[[], _Answer], stops: Stops, end: float, watch: Callable[[], None]
-) -> _Answer:
-    """Return the answer of a job in another thread; from ``end`` on it is told to stop."""
+def _waited_for(job: Callable[[], _Answer], stops: Stops, deadline: Deadline) -> _Answer:
+    """Return the answer of a job in another thread, which is told to stop when it is time."""
     is_over = False
     with ThreadPoolExecutor(1) as pool:
         future = pool.submit(job)
         try:
-            for stop, until in ((stops.looking, end), (stops.proving, end + _GRACE)):
-                if _is_done(future, until, watch):
+            for stop, more in ((stops.looking, 0.0), (stops.proving, _GRACE)):
+                if _is_done(future, deadline, more):
                     break
                 stop[0] = 1
             answer = future.result()
@@ -136,12 +127,12 @@ def _waited_for(
                     stop[0] = 1
 
 
-def _is_done(future: Future[_Answer], end: float, watch: Callable[[], None]) -> bool:
-    """Wait for an answer until then at most; tell whether there is one."""
+def _is_done(future: Future[_Answer], deadline: Deadline, more: float) -> bool:
+    """Wait for an answer until so many seconds after a deadline; tell whether there is one."""
     while True:
-        watch()
+        deadline.look()
         # In short turns: another thread may be the one that a signal wakes.
-        rest = min(_TURN, end - time.monotonic())
+        rest = min(_TURN, more - deadline.late)
         if wait([future], max(rest, 0.0)).done:
             return True
         if rest < _TURN:

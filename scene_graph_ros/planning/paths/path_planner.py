@@ -21,6 +21,7 @@ from scene_graph_ros.planning.edges.edge_proofs import EdgeProofs, prove
 from scene_graph_ros.planning.edges.edge_stretches import EdgeRules, FREE, UNFINISHED
 from scene_graph_ros.planning.errors import PlanningError
 from scene_graph_ros.planning.ik.pose_target import PoseTarget
+from scene_graph_ros.planning.parallel.deadline import Deadline
 from scene_graph_ros.planning.parallel.stoppable import new_stop, run_stoppable, Stops, Turns
 from scene_graph_ros.planning.paths.lead_out import lead_out, LeadOut
 from scene_graph_ros.planning.paths.ompl_bridge.ompl_planner import OmplPlanner
@@ -285,12 +286,8 @@ def _reaching(
     load_pose_kernels(checker, targets)
     progress = _Progress()
 
-    def is_over() -> bool:
-        if watch is not None:
-            watch(progress.now())
-        return patience is not None and progress.seconds >= patience
-
-    found = find_pose_goals(checker, targets, near=near, group=group, seed=seed, is_over=is_over)
+    deadline = Deadline(patience, None if watch is None else lambda: watch(progress.now()))
+    found = find_pose_goals(checker, targets, near=near, group=group, seed=seed, deadline=deadline)
     if found.failure is not None:
         return _refused(near, found.failure, found.reason)
     return found.configurations, found.targets, progress.seconds

@@ -10,6 +10,7 @@ from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.planning.errors import PlanningError
 from scene_graph_ros.planning.ik.pose_target import PoseTarget
+from scene_graph_ros.planning.parallel.deadline import checked_timeout
 
 __all__ = ["checked_numbers", "checked_tolerance", "targets_of"]
 
@@ -24,9 +25,7 @@ def checked_numbers(
     root = as_float(seed)
     if root is None or root < 0.0 or not root.is_integer():
         raise PlanningError(f"seed must be a whole number from 0 on, not {quoted(seed)}")
-    patience = None if timeout is None else as_float(timeout)
-    if timeout is not None and (patience is None or not 0.0 <= patience < math.inf):
-        raise PlanningError(f"timeout must be seconds from 0 on, or None, not {quoted(timeout)}")
+    patience = checked_timeout(timeout, PlanningError)
     saving = as_float(least_saving)
     if saving is None or not _FINEST_SAVING <= saving <= 1.0:
         raise PlanningError(

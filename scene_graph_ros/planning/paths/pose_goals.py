@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +14,7 @@ from scene_graph_ros.planning.ik.pose_solver import (
     InverseKinematicsFailure,
 )
 from scene_graph_ros.planning.ik.pose_target import PoseTarget
+from scene_graph_ros.planning.parallel.deadline import Deadline
 from scene_graph_ros.planning.plan_failure import PlanFailure
 
 __all__ = ["PoseGoals", "find_pose_goals", "load_pose_kernels"]
@@ -52,12 +53,12 @@ def find_pose_goals(
     near: NDArray[np.float64],
     group: str | None,
     seed: int,
-    is_over: Callable[[], bool],
+    deadline: Deadline,
 ) -> PoseGoals:
     """Return free configurations that put a tool where one of the targets says.
 
     They are looked for near ``near`` ``(nq,)`` first, one target after the other, until
-    ``is_over``, which is asked every few milliseconds and may raise.
+    the time is over.
     """
     found: list[NDArray[np.float64]] = []
     rows: list[int] = []
@@ -71,7 +72,8 @@ def find_pose_goals(
             group=group,
             solutions=_WANTED,
             seed=seed,
-            is_over=is_over,
+            timeout=deadline.left,
+            watch=deadline.look,
         )
         found.append(solved.configurations)
         rows += [row] * len(solved.configurations)
@@ -81,12 +83,12 @@ def find_pose_goals(
                 PlanFailure.GOAL_COLLIDES if is_blocked else PlanFailure.GOAL_UNREACHED
             )
             words.append(str(solved.reason))
-        if is_over():
+        if deadline.is_over():
             break
     q = np.concatenate(found)
     if len(q):
         return PoseGoals(q, tuple(rows), None, "")
-    if len(words) < len(targets) or is_over():
+    if len(words) < len(targets) or deadline.is_over():
         text = "the goal was not reached in time:"
         if len(targets) > 1:
             text = f"none of {len(targets)} goals was reached in time; goal {len(words) - 1}:"

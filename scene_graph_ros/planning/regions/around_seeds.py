@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 import itertools
 from typing import Any
 
@@ -16,6 +16,7 @@ from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
 from scene_graph_ros.planning.checker.carried_checker import pack, PackedChecker
 from scene_graph_ros.planning.checker.checker_interface import CollisionChecker
 from scene_graph_ros.planning.cliques.visibility_graph import checked_parallelism
+from scene_graph_ros.planning.parallel.deadline import Deadline
 from scene_graph_ros.planning.parallel.in_executor import (
     AnyExecutor,
     checked_executor,
@@ -57,6 +58,7 @@ _THIN = 1e-2
 _SMALL = 1e-3
 """rad or m: the radius where there is one point only; its size does not count."""
 
+_NONE = "not all regions were grown"
 
 _STRAIGHT = 1e-9
 """Of directions of length 1: edges that differ by less are pieces of one."""
@@ -69,23 +71,27 @@ def region_around(
     options: AnyIrisOptions | None = None,
     *,
     group: str | None = None,
+    timeout: float | None = None,
+    watch: Callable[[], object] | None = None,
 ) -> ConfigurationRegion:
     """Return a region that keeps a configuration ``(nq,)`` inside, or all of ``(m, nq)``.
 
     Two are an edge. All edges between seeds must be free; the ellipsoid to begin with is the
     smallest around them. ``options`` are an `IrisZoOptions`, which are the default, or an
     `IrisOptions`; seeds are inside in any case. With a ``group`` of an SRDF, region and domain are
-    of its k positions alone, and all others stay as they are in the seeds. Raises as `iris_zo`,
+    of its k positions alone, and all others stay as they are in the seeds. ``timeout`` and
+    ``watch`` are as of `iris_zo`. Raises as that,
     RegionError for seeds that do not see each other or move positions outside of the group, and
     KinematicTreeError for a group that there is not.
     """
+    deadline = Deadline.of(timeout, watch, RegionError)
     chosen = IrisZoOptions() if options is None else options
     refuse_parameterization(chosen, "region_around")
     given = checked_points("seed", seed, checker.model.tree.num_positions)
     held = held_by_group(checker, group, given, "seed")
     box = checked_domain(checker, domain, None if held is None else held.rows)
     seeds = given if held is None else given[:, held.rows]
-    feasibility = _held(feasibility_of(checker, chosen, box), held)
+    feasibility = _held(feasibility_of(checker, chosen, box, deadline), held)
     _check_seeds(feasibility, box, seeds)
     B, center = ellipsoid_around(seeds)
     return grow_around(feasibility, box, B, center, seeds, chosen)
@@ -99,30 +105,35 @@ def regions_around(
     *,
     executor: AnyExecutor | None = None,
     group: str | None = None,
+    timeout: float | None = None,
+    watch: Callable[[], object] | None = None,
 ) -> list[ConfigurationRegion]:
     """Return a region around each of some seeds, as `region_around` grows it.
 
     Each seed is ``(nq,)`` or ``(m, nq)``. With an ``executor`` other processes grow them, a share
-    each: the answer is the same. Raises as `region_around`, naming the seed by its row,
-    RegionNotFoundError where one has no region, and CollisionCheckerError for an object that is no
-    executor.
+    each: the answer is the same. After ``timeout`` (s) no further ellipsoid is tried around any.
+    Raises as `region_around`, naming the seed by its row, RegionNotFoundError where one has no
+    region, OutOfTimeError where one has none in time, and CollisionCheckerError for an object that
+    is no executor.
     """
+    deadline = Deadline.of(timeout, watch, RegionError)
     pool = checked_executor(executor)
     chosen = IrisZoOptions() if options is None else options
     refuse_parameterization(chosen, "regions_around")
     asked: Any = checker if pool is None else pack(checker)
+    of_shares = deadline if pool is None else deadline.apart()
     shares = []
     for k, seed in enumerate(seeds):
         given = checked_points(f"seeds[{k}]", seed, checker.model.tree.num_positions)
         held = held_by_group(checker, group, given, f"seeds[{k}]")
         box = checked_domain(checker, domain, None if held is None else held.rows)
         own = given if held is None else given[:, held.rows]
-        feasibility = _held(feasibility_of(checker, chosen, box), held)
+        feasibility = _held(feasibility_of(checker, chosen, box, deadline), held)
         _check_seeds(feasibility, box, own, f"seeds[{k}]")
         threads = feasibility.threads if pool is None else 1
-        shares.append((asked, held, box, own, chosen, threads))
+        shares.append((asked, held, box, own, chosen, threads, of_shares))
     regions: list[ConfigurationRegion] = []
-    for k, found in enumerate(in_executor(_region_or_error, shares, pool)):
+    for k, found in enumerate(in_executor(_region_or_error, shares, pool, deadline, _NONE)):
         if isinstance(found, Exception):
             raise RegionNotFoundError(f"seeds[{k}]: {found}") from found
         regions.append(found)
@@ -137,15 +148,17 @@ def regions_along(
     *,
     executor: AnyExecutor | None = None,
     group: str | None = None,
+    timeout: float | None = None,
+    watch: Callable[[], object] | None = None,
 ) -> list[ConfigurationRegion]:
     """Return regions along a path ``(m, nq)`` of free edges, such as `plan_path` finds.
 
     Each keeps an edge inside, so neighbours share a configuration of the path. An edge that is in
     the region before gets none of its own. With an ``executor`` other processes grow regions at
     once for all edges that go in a new direction, and the answer is the same. ``group`` is as of
-    `region_around`. Raises as that does, and CollisionCheckerError for an object that is no
-    executor.
+    `region_around`, ``timeout`` and ``watch`` as of `regions_around`. Raises as those do.
     """
+    deadline = Deadline.of(timeout, watch, RegionError)
     pool = checked_executor(executor)
     chosen = IrisZoOptions() if options is None else options
     refuse_parameterization(chosen, "regions_along")
@@ -153,13 +166,15 @@ def regions_along(
     held = held_by_group(checker, group, given, "path")
     box = checked_domain(checker, domain, None if held is None else held.rows)
     if len(given) == 1:
-        return [region_around(checker, given, box, chosen, group=group)]
+        left, look = deadline.left, deadline.look
+        return [region_around(checker, given, box, chosen, group=group, timeout=left, watch=look)]
     q = given if held is None else given[:, held.rows]
-    feasibility = _held(feasibility_of(checker, chosen, box), held)
+    feasibility = _held(feasibility_of(checker, chosen, box, deadline), held)
     asked: Any = checker if pool is None else pack(checker)
     threads = feasibility.threads if pool is None else 1
+    of_shares = deadline if pool is None else deadline.apart()
     edges = itertools.pairwise(q)
-    shares = [(asked, held, box, np.stack(edge), chosen, threads) for edge in edges]
+    shares = [(asked, held, box, np.stack(edge), chosen, threads, of_shares) for edge in edges]
     regions: list[ConfigurationRegion] = []
     grown: dict[int, ConfigurationRegion | Exception] = {}
     # Others are grown at once: those that turn, then twice as many as before while all are needed.
@@ -178,7 +193,9 @@ def regions_along(
                 others = [each for each in range(k + 1, len(shares)) if each not in grown]
                 others = others[: ahead - 1] if wave else _turning_edges(q, k)
             wave, unneeded = [k, *others], 0
-            found = in_executor(_region_or_error, [shares[each] for each in wave], pool)
+            found = in_executor(
+                _region_or_error, [shares[each] for each in wave], pool, deadline, _NONE
+            )
             grown |= zip(wave, found, strict=True)
         region = grown[k]
         if isinstance(region, Exception):
@@ -210,11 +227,12 @@ def _region_or_error(
     seeds: NDArray[np.float64],
     options: AnyIrisOptions,
     threads: int,
+    deadline: Deadline,
 ) -> ConfigurationRegion | Exception:
     """Return a region that keeps an edge inside, or the reason against it."""
     B, center = ellipsoid_around(seeds)
     try:
-        feasibility = _held(feasibility_of_share(asked, options, threads), held)
+        feasibility = _held(feasibility_of_share(asked, options, threads, deadline), held)
         return grow_around(feasibility, domain, B, center, seeds, options)
     except (RegionError, RegionNotFoundError, ConvexSetError, SolverError) as error:
         return error
@@ -241,7 +259,7 @@ def _check_seeds(
 
 
 def feasibility_of(
-    checker: CollisionChecker, options: AnyIrisOptions, domain: HPolyhedron
+    checker: CollisionChecker, options: AnyIrisOptions, domain: HPolyhedron, deadline: Deadline
 ) -> Feasibility:
     """Return the predicate of options, after checking those that it takes."""
     chosen = options if isinstance(options, IrisZoOptions) else np_options(options)
@@ -251,6 +269,7 @@ def feasibility_of(
         checked_obstacles(chosen.configuration_obstacles, n),
         checked_constraints(chosen.additional_constraints),
         checked_parallelism(checker, chosen.parallelism),
+        deadline=deadline,
     )
 
 

@@ -6,7 +6,7 @@ sets using clique covers of visibility graphs", ICRA 2024.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, overload
 
@@ -28,6 +28,8 @@ from scene_graph_ros.planning.cliques.visibility_graph import (
     checked_parallelism,
     numbered_pairs,
 )
+from scene_graph_ros.planning.errors import OutOfTimeError
+from scene_graph_ros.planning.parallel.deadline import Deadline
 from scene_graph_ros.planning.parallel.in_executor import (
     AnyExecutor,
     checked_executor,
@@ -81,8 +83,8 @@ class RegionCover:
     """What the share of all that is free is at least, at 95 % for this one check."""
     iterations: int
     reason: str
-    """Why it ended: ``covered``, ``iterations``, or ``points``: none that is free and in no region
-    was found."""
+    """Why it ended: ``covered``, ``iterations``, ``timeout``, or ``points``: none that is free and
+    in no region was found."""
 
 
 @overload
@@ -96,6 +98,8 @@ def iris_in_configuration_space_from_clique_cover(
     domain: HPolyhedron | None = ...,
     executor: AnyExecutor | None = ...,
     certificate: Literal[False] = ...,
+    timeout: float | None = ...,
+    watch: Callable[[], object] | None = ...,
 ) -> list[HPolyhedron]: ...
 
 
@@ -110,6 +114,8 @@ def iris_in_configuration_space_from_clique_cover(
     domain: HPolyhedron | None = ...,
     executor: AnyExecutor | None = ...,
     certificate: Literal[True],
+    timeout: float | None = ...,
+    watch: Callable[[], object] | None = ...,
 ) -> RegionCover: ...
 
 
@@ -123,6 +129,8 @@ def iris_in_configuration_space_from_clique_cover(
     domain: HPolyhedron | None = None,
     executor: AnyExecutor | None = None,
     certificate: bool = False,
+    timeout: float | None = None,
+    watch: Callable[[], object] | None = None,
 ) -> list[HPolyhedron] | RegionCover:
     """Return regions that cover a share of the free configurations of a domain.
 
@@ -131,14 +139,17 @@ def iris_in_configuration_space_from_clique_cover(
     one predicate everywhere: the checker with its paddings, and the obstacles and constraints of
     ``iris_options``. A clique without a region is dropped, and told of. The domain is the box of
     the joints' limits unless given; the same ``generator`` gives the same cover, with an
-    ``executor``, too: then other processes prove edges, and grow the regions of a round.
+    ``executor``, too: then other processes prove edges, and grow the regions of a round. After
+    ``timeout`` (s) the regions that there are then are the answer; ``watch`` is called now and
+    then and may raise.
 
     Raises RegionError for options that make no sense.
     """
+    deadline = Deadline.of(timeout, watch, RegionError)
     chosen = IrisFromCliqueCoverOptions() if options is None else options
     solver = MaxCliqueSolverViaGreedy() if max_clique_solver is None else max_clique_solver
     box = checked_domain(checker, domain)
-    cover = _Cover(checker, box, chosen, solver, checked_executor(executor))
+    cover = _Cover(checker, box, chosen, solver, checked_executor(executor), deadline)
     cover.generator = np.random.default_rng(0) if generator is None else generator
     cover.take(sets)
     found = cover.grow()
@@ -157,10 +168,12 @@ class _Cover:
         options: IrisFromCliqueCoverOptions,
         solver: MaxCliqueSolverBase,
         executor: AnyExecutor | None,
+        deadline: Deadline,
     ) -> None:
         self._options, self._domain, self._executor = options, domain, executor
+        self._deadline, self._iterations, self._checked = deadline, 0, (0, 0)
         n = domain.ambient_dimension
-        self._feasibility = feasibility_of(checker, options.iris_options, domain)
+        self._feasibility = feasibility_of(checker, options.iris_options, domain, deadline)
         self._feasibility.threads = checked_parallelism(checker, options.parallelism)
         self._least = max(options.minimum_clique_size, n + 1)
         self._count = max(options.num_points_per_visibility_round, 2 * self._least)
@@ -172,6 +185,10 @@ class _Cover:
         self._regions: list[HPolyhedron] = []
         self._records: list[ConfigurationRegion] = []
         self._dropped: list[DroppedClique] = []
+
+    @property
+    def _of_shares(self) -> Deadline:
+        return self._deadline if self._executor is None else self._deadline.apart()
 
     @property
     def _threads(self) -> int:
@@ -190,27 +207,14 @@ class _Cover:
 
     def grow(self) -> RegionCover:
         """Add regions until one of the reasons to end comes up."""
-        options, iterations = self._options, 0
-        while True:
-            free = self._draw(options.num_points_per_coverage_check, covered=True)
-            left = free[~self._is_covered(free)]
-            count, covered = len(free), len(free) - len(left)
-            share = covered / count if count else 1.0
-            if share >= options.coverage_termination_threshold:
-                reason = "covered"
-                break
-            if iterations == options.iteration_limit:
-                reason = "iterations"
-                break
-            iterations += 1
-            points = self._draw(self._count, covered=False)
-            if not len(points):
-                reason = "points"
-                break
-            cliques = self._cliques(points)
-            if not cliques:
-                self._count *= 2
-            self._add(cliques, left, count)
+        reason = ""
+        while not reason:
+            try:
+                reason = self._round()
+            except OutOfTimeError:
+                reason = "timeout"
+        count, covered = self._checked
+        share = covered / count if count else float(reason != "timeout")
         bound = 1.0 - share_bound(count, count - covered, 1.0 - _CONFIDENCE) if count else 0.0
         return RegionCover(
             tuple(self._regions),
@@ -218,9 +222,29 @@ class _Cover:
             tuple(self._dropped),
             share,
             bound,
-            iterations,
+            self._iterations,
             reason,
         )
+
+    def _round(self) -> str:
+        """Check how much is covered, and add regions; return the reason if it was the last."""
+        options = self._options
+        free = self._draw(options.num_points_per_coverage_check, covered=True)
+        left = free[~self._is_covered(free)]
+        self._checked = count, covered = len(free), len(free) - len(left)
+        if not count or covered / count >= options.coverage_termination_threshold:
+            return "covered"
+        if self._iterations == options.iteration_limit:
+            return "iterations"
+        self._iterations += 1
+        points = self._draw(self._count, covered=False)
+        if not len(points):
+            return "points"
+        cliques = self._cliques(points)
+        if not cliques:
+            self._count *= 2
+        self._add(cliques, left, count)
+        return ""
 
     def _draw(self, count: int, *, covered: bool) -> NDArray[np.float64]:
         """Return up to so many free points of the domain; those of regions, too, or not."""
@@ -250,10 +274,17 @@ class _Cover:
         count = n * (n - 1) // 2
         least = _MOST_EDGES if self._executor is None else _LEAST_EDGES
         shares = [
-            (self._asked, points, *part, self._options.iris_options, self._threads)
+            (
+                self._asked,
+                points,
+                *part,
+                self._options.iris_options,
+                self._threads,
+                self._of_shares,
+            )
             for part in parts_of(count, least, _MOST_EDGES)
         ]
-        parts = in_executor(_seen, shares, self._executor)
+        parts = in_executor(_seen, shares, self._executor, self._deadline)
         seen = np.concatenate([np.zeros(0, dtype=np.bool_), *parts])
         i, j = numbered_pairs(n, 0, count)
         graph = np.zeros((n, n), dtype=np.bool_)
@@ -272,12 +303,20 @@ class _Cover:
         options = self._options
         rank_tol = options.rank_tol_for_minimum_volume_circumscribed_ellipsoid
         shares = [
-            (self._asked, self._domain, clique, rank_tol, options.iris_options, self._threads)
+            (
+                self._asked,
+                self._domain,
+                clique,
+                rank_tol,
+                options.iris_options,
+                self._threads,
+                self._of_shares,
+            )
             for clique in cliques
         ]
         grown = None
         if self._executor is not None:
-            grown = in_executor(_region_of_clique, shares, self._executor)
+            grown = in_executor(_region_of_clique, shares, self._executor, self._deadline)
         for k, clique in enumerate(cliques):
             if np.count_nonzero(~self._is_covered(clique)) < self._least:
                 continue
@@ -299,11 +338,12 @@ def _seen(
     last: int,
     iris_options: Any,
     threads: int,
+    deadline: Deadline,
 ) -> NDArray[np.bool_]:
     """Tell of some pairs of points, by their numbers, whether they see each other."""
     i, j = numbered_pairs(len(points), first, last)
     edges = np.stack([points[i], points[j]], axis=1)
-    return feasibility_of_share(asked, iris_options, threads).segments_free(edges)
+    return feasibility_of_share(asked, iris_options, threads, deadline).segments_free(edges)
 
 
 def _region_of_clique(
@@ -313,13 +353,14 @@ def _region_of_clique(
     rank_tol: float,
     iris_options: Any,
     threads: int,
+    deadline: Deadline,
 ) -> ConfigurationRegion | str:
     """Return a region around the points of a clique, or why there is none.
 
     The centre of their ellipsoid stays inside, or the point nearest to it where that is not free:
     the hull of all need not be free.
     """
-    feasibility = feasibility_of_share(asked, iris_options, threads)
+    feasibility = feasibility_of_share(asked, iris_options, threads, deadline)
     try:
         B, center = ellipsoid_around(clique, rank_tol)
         if not (domain.point_in_set(center, 0.0) and feasibility.free(center[np.newaxis])[0]):

@@ -13,6 +13,7 @@ from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.planning.checker.carried_checker import PackedChecker
 from scene_graph_ros.planning.checker.checker_interface import CollisionChecker
+from scene_graph_ros.planning.parallel.deadline import Deadline, ENDLESS
 from scene_graph_ros.planning.regions.errors import RegionError
 
 __all__ = [
@@ -25,6 +26,9 @@ __all__ = [
 
 Constraints: TypeAlias = Callable[[NDArray[np.float64]], Any]
 """Of configurations ``(n, nq)`` returns ``(n, k)``: all of a row must be at most 0."""
+
+
+_NONE = "no region was found"
 
 
 class Feasibility:
@@ -41,8 +45,13 @@ class Feasibility:
         constraints: Constraints | None = None,
         threads: int = 1,
         parameterization: Callable[[NDArray[np.float64]], Any] | None = None,
+        deadline: Deadline = ENDLESS,
     ) -> None:
-        """Take an object with ``check_configs_collision_free``, and the checked options."""
+        """Take an object with ``check_configs_collision_free``, and the checked options.
+
+        Where the ``deadline`` is over, no question is answered any more.
+        """
+        self.deadline = deadline
         self.parameterization = parameterization
         self.checker, self.obstacles, self.constraints = checker, tuple(obstacles), constraints
         self.threads = threads
@@ -64,7 +73,11 @@ class Feasibility:
         return q
 
     def free(self, q: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Tell of configurations ``(n, nq)``, or of a region's points, which are free."""
+        """Tell of configurations ``(n, nq)``, or of a region's points, which are free.
+
+        Raises OutOfTimeError.
+        """
+        self.deadline.check(_NONE)
         self.asked += len(q)
         if not len(q):
             return np.zeros(0, dtype=np.bool_)
@@ -82,8 +95,9 @@ class Feasibility:
         """Tell of straight edges ``(n, 2, nq)`` which are free.
 
         The checker proves them where it can. Obstacles must not meet them; constraints are asked
-        at 16 places on each.
+        at 16 places on each. Raises OutOfTimeError.
         """
+        self.deadline.check(_NONE)
         free = np.array(
             self.checker.check_edges_collision_free(edges, threads=self.threads), dtype=np.bool_
         )
@@ -122,7 +136,10 @@ def _meets_segment(obstacle: ConvexSet, q1: NDArray[np.float64], q2: NDArray[np.
 
 
 def feasibility_of_share(
-    asked: CollisionChecker | PackedChecker, options: Any, threads: int
+    asked: CollisionChecker | PackedChecker,
+    options: Any,
+    threads: int,
+    deadline: Deadline = ENDLESS,
 ) -> Feasibility:
     """Return the predicate of one worker."""
     checker: Any = asked.unpacked() if isinstance(asked, PackedChecker) else asked
@@ -131,6 +148,7 @@ def feasibility_of_share(
         getattr(options, "configuration_obstacles", ()),
         getattr(options, "additional_constraints", None),
         threads,
+        deadline=deadline,
     )
 
 

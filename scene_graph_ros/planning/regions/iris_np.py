@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 import math
 from typing import Literal, overload
 
@@ -13,6 +14,7 @@ from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
 from scene_graph_ros.convex.sets.intersection import Intersection
 from scene_graph_ros.planning.checker.checker_interface import CollisionChecker
 from scene_graph_ros.planning.cliques.visibility_graph import checked_parallelism
+from scene_graph_ros.planning.parallel.deadline import Deadline
 from scene_graph_ros.planning.regions.arguments import (
     checked_center,
     checked_domain,
@@ -20,7 +22,7 @@ from scene_graph_ros.planning.regions.arguments import (
     ellipsoid_map,
 )
 from scene_graph_ros.planning.regions.counter_examples import descend, slide
-from scene_graph_ros.planning.regions.errors import RegionNotFoundError
+from scene_graph_ros.planning.regions.errors import RegionError, RegionNotFoundError
 from scene_graph_ros.planning.regions.faces import Cut, cut_between
 from scene_graph_ros.planning.regions.feasibility import (
     checked_constraints,
@@ -68,6 +70,8 @@ def iris_in_configuration_space(
     *,
     domain: HPolyhedron | None = ...,
     certificate: Literal[False] = ...,
+    timeout: float | None = ...,
+    watch: Callable[[], object] | None = ...,
 ) -> HPolyhedron: ...
 
 
@@ -79,6 +83,8 @@ def iris_in_configuration_space(
     *,
     domain: HPolyhedron | None = ...,
     certificate: Literal[True],
+    timeout: float | None = ...,
+    watch: Callable[[], object] | None = ...,
 ) -> ConfigurationRegion: ...
 
 
@@ -89,16 +95,22 @@ def iris_in_configuration_space(
     *,
     domain: HPolyhedron | None = None,
     certificate: bool = False,
+    timeout: float | None = None,
+    watch: Callable[[], object] | None = None,
 ) -> HPolyhedron | ConfigurationRegion:
     """Return a large polyhedron around a free configuration in which none was found not free.
 
     ``sample`` is ``(nq,)``, ``domain`` the box of the joints' limits unless given, and ``options``
     may be an `IrisNpOptions`. The checker must answer ``calc_robot_clearance``; its paddings are
     kept. With ``certificate`` a `ConfigurationRegion`, whose test is of points that made no face.
+    After ``timeout`` (s) no further ellipsoid is tried; ``watch`` is called now and then and may
+    raise.
 
     Raises RegionError for a sample that is not free or not in the domain, a domain that is not
-    bounded, and robots that float; RegionNotFoundError where searches did not end.
+    bounded, and robots that float; RegionNotFoundError where searches did not end, OutOfTimeError
+    where they did not in time.
     """
+    deadline = Deadline.of(timeout, watch, RegionError)
     chosen = np_options(options)
     box = checked_domain(checker, domain)
     if chosen.bounding_region is not None:
@@ -110,6 +122,7 @@ def iris_in_configuration_space(
         checked_obstacles(chosen.configuration_obstacles, n),
         checked_constraints(chosen.additional_constraints),
         checked_parallelism(checker, chosen.parallelism),
+        deadline=deadline,
     )
     checked_center(feasibility, box, center, "sample")
     B, about = _FIRST_RADIUS * np.eye(n), center

@@ -9,6 +9,7 @@ enough.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 import math
 from typing import Literal, overload
 
@@ -19,6 +20,7 @@ from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
 from scene_graph_ros.planning.checker.checker_interface import CollisionChecker
 from scene_graph_ros.planning.cliques.visibility_graph import checked_parallelism
+from scene_graph_ros.planning.parallel.deadline import Deadline
 from scene_graph_ros.planning.regions.arguments import (
     checked_box,
     checked_center,
@@ -26,7 +28,7 @@ from scene_graph_ros.planning.regions.arguments import (
     checked_kept,
     ellipsoid_map,
 )
-from scene_graph_ros.planning.regions.errors import RegionNotFoundError
+from scene_graph_ros.planning.regions.errors import RegionError, RegionNotFoundError
 from scene_graph_ros.planning.regions.faces import Cut, cut_between
 from scene_graph_ros.planning.regions.feasibility import (
     checked_constraints,
@@ -52,6 +54,8 @@ def iris_zo(
     options: IrisZoOptions = ...,
     *,
     certificate: Literal[False] = ...,
+    timeout: float | None = ...,
+    watch: Callable[[], object] | None = ...,
 ) -> HPolyhedron: ...
 
 
@@ -63,6 +67,8 @@ def iris_zo(
     options: IrisZoOptions = ...,
     *,
     certificate: Literal[True],
+    timeout: float | None = ...,
+    watch: Callable[[], object] | None = ...,
 ) -> ConfigurationRegion: ...
 
 
@@ -73,18 +79,22 @@ def iris_zo(
     options: IrisZoOptions | None = None,
     *,
     certificate: bool = False,
+    timeout: float | None = None,
+    watch: Callable[[], object] | None = None,
 ) -> HPolyhedron | ConfigurationRegion:
     """Return a large polyhedron in a bounded domain, nearly all of which is free.
 
     ``starting_ellipsoid`` is a `Hyperellipsoid` or `AffineBall` ``(nq,)`` about a configuration
     that is free and in the domain; its size does not count. Paddings of the checker are kept. With
     ``certificate`` a `ConfigurationRegion`, which has the test that the region passed. With
-    ``options.parameterization`` all three are of the points that it takes, ``(k,)``.
+    ``options.parameterization`` all three are of the points that it takes, ``(k,)``. After
+    ``timeout`` (s) no further ellipsoid is tried; ``watch`` is called now and then and may raise.
 
     Raises RegionError for a centre that is not free or not in the domain, an unbounded domain,
     robots that float, and points to keep whose hull is not free or has not the centre in it;
-    RegionNotFoundError where no region passed the test.
+    RegionNotFoundError where no region passed the test, OutOfTimeError where none did in time.
     """
+    deadline = Deadline.of(timeout, watch, RegionError)
     chosen = IrisZoOptions() if options is None else options
     is_own = chosen.parameterization is None
     box = checked_domain(checker, domain) if is_own else checked_box(domain)
@@ -94,6 +104,7 @@ def iris_zo(
         checked_constraints(chosen.additional_constraints),
         checked_parallelism(checker, chosen.parallelism),
         chosen.parameterization,
+        deadline,
     )
     B, center = ellipsoid_map(starting_ellipsoid, box.ambient_dimension)
     checked_center(feasibility, box, center, "starting_ellipsoid: the centre")

@@ -15,6 +15,7 @@ from scene_graph_ros.convex.questions.ellipsoids import Extremal, inscribed
 from scene_graph_ros.convex.sets.affine_ball import AffineBall
 from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
 from scene_graph_ros.convex.sets.hyperellipsoid import Hyperellipsoid
+from scene_graph_ros.planning.errors import OutOfTimeError
 from scene_graph_ros.planning.regions.errors import RegionNotFoundError
 from scene_graph_ros.planning.regions.feasibility import Feasibility
 from scene_graph_ros.planning.regions.region_record import ConfigurationRegion
@@ -52,22 +53,23 @@ def grow(
     """Return the largest region that passed, of at most so many ellipsoids; the first must pass.
 
     Regions are compared by the volumes of their inscribed ellipsoids. ``options`` has both
-    termination thresholds and maybe a ``termination_func``.
+    termination thresholds and maybe a ``termination_func``. Raises OutOfTimeError where the time
+    is over before a region passed.
     """
     best: Attempt | None = None
     of_best: Extremal | None = None
     volumes: list[float] = []
     reason = ""
     while not reason:
-        if best is not None and not feasibility.free(center[np.newaxis])[0]:
-            reason = "center"
-            break
         try:
+            if best is not None and not feasibility.free(center[np.newaxis])[0]:
+                reason = "center"
+                break
             tried = attempt(B, center)
-        except RegionNotFoundError:
+        except (RegionNotFoundError, OutOfTimeError) as error:
             if best is None:
                 raise
-            reason = "test"
+            reason = "test" if isinstance(error, RegionNotFoundError) else "timeout"
             break
         region = tried.region.reduce_inequalities()
         if _is_ended_by_caller(options, region):

@@ -38,7 +38,8 @@ class ConfigurationRegion:
     """Of the largest ellipsoid in each region that passed; ``region`` has the largest of these."""
     reason: str
     """Why growing ended: ``converged``, ``iterations``, ``thin``, ``center`` (that of the next
-    ellipsoid is not free), ``test`` (the next region did not pass), ``termination_func``."""
+    ellipsoid is not free), ``test`` (the next region did not pass), ``termination_func``,
+    ``timeout``."""
 
 
 def share_bound(samples: int, hits: int, error: float) -> float:

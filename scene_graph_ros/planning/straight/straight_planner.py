@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 import math
-import time
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,6 +20,7 @@ from scene_graph_ros.planning.constraints.proof_kernels import HELD
 from scene_graph_ros.planning.ik.arguments import first_configurations
 from scene_graph_ros.planning.ik.pose_search import pose_search, PoseSearch, which_move
 from scene_graph_ros.planning.ik.pose_target import InverseKinematicsError
+from scene_graph_ros.planning.parallel.deadline import Deadline
 from scene_graph_ros.planning.parallel.stoppable import new_stop
 from scene_graph_ros.planning.straight.edge_deviation import edge_deviations
 from scene_graph_ros.planning.straight.straight_plan import StraightFailure, StraightPlan
@@ -79,7 +79,7 @@ def plan_straight(
     and for a bad start, and TrajectoryError for bad limits.
     """
     deviations = _positive(deviation=deviation, rotation_deviation=rotation_deviation)
-    patience = math.inf if timeout is None else _positive(timeout=timeout)[0]
+    deadline = Deadline.of(timeout, watch, InverseKinematicsError)
     if motion not in _MOTIONS:
         raise InverseKinematicsError(
             f"motion must be one of {', '.join(_MOTIONS)}, not {quoted(motion)}"
@@ -88,7 +88,7 @@ def plan_straight(
         raise InverseKinematicsError(
             "plan_straight needs a checker with straight edges; this one's provider has its own"
         )
-    end, tree = time.perf_counter() + patience, checker.plan.tree
+    tree = checker.plan.tree
     moves, X = which_move(tree, link, group), as_pose(np.eye(4) if X_LT is None else X_LT, "X_LT")
     if start is None:
         raise InverseKinematicsError("start must be a configuration (nq,), not None")
@@ -104,11 +104,11 @@ def plan_straight(
     way = ToolWay(np.concatenate([first[np.newaxis], poses]), search.chain.unit,
                   is_screw=motion == "screw")  # fmt: skip
     walk = _Walk(search, way, deviations, tree.position_names)
-    ended = walk.go(search.chain.coordinates(q)[0], end, watch)
+    ended = walk.go(search.chain.coordinates(q)[0], deadline)
     x = np.array(walk.x)
     path = search.chain.configurations(x, np.repeat(q, len(x), axis=0))
     path[0] = q[0]
-    return _proven(checker, path, walk, ended, held, limits, end)
+    return _proven(checker, path, walk, ended, held, limits, deadline)
 
 
 def _positive(**numbers: float) -> tuple[float, ...]:
@@ -145,15 +145,14 @@ class _Walk:
         self.deviations: list[tuple[float, float]] = []
         """Of each edge."""
 
-    def go(self, x: NDArray[np.float64], end: float, watch: Callable[[], None] | None) -> _Ended:
+    def go(self, x: NDArray[np.float64], deadline: Deadline) -> _Ended:
         """Go on until the way ends, and return why it ends before."""
         way, piece, s, length = self._way, 0, 0.0, _FIRST
         self.x, self.fractions = [x], [way.fraction(0, 0.0) if way.pieces else 1.0]
         while piece < len(way.pieces):
-            if watch is not None:
-                watch()
-            if time.perf_counter() > end:
-                return StraightFailure.TIMEOUT, "the time is over"
+            if deadline.is_over():
+                words = f"no more of it was followed within {deadline.timeout:.10g} s"
+                return StraightFailure.TIMEOUT, words
             # The last two steps share what is left, so that none is much shorter than it may be.
             left = 1.0 - s
             to = 1.0 if length >= left else s + min(length, 0.5 * left)
@@ -226,7 +225,7 @@ def _proven(
     ended: _Ended,
     held: HeldConstraints,
     limits: MotionLimits | None,
-    end: float,
+    deadline: Deadline,
 ) -> StraightPlan:
     """Return the part of a path that is proven free, and to hold constraints, timed if asked."""
     edges = np.stack([path[:-1], path[1:]], axis=1)
@@ -251,8 +250,8 @@ def _proven(
     clearance = min(each.least_clearance for each in kept)
     path, fractions, timed = path[: count + 1], walk.fractions[: count + 1], None
     if limits is not None and count:
-        left = None if math.isinf(end) else max(1e-3, end - time.perf_counter())
-        timed = time_path(checker, path, limits, constraints=held.constraints, timeout=left)
+        how: dict[str, Any] = {"timeout": deadline.left, "watch": deadline.look}
+        timed = time_path(checker, path, limits, constraints=held.constraints, **how)
         if timed.failure is not None and ended is None:
             ended = StraightFailure.TIMING, f"it is not timed: {timed.reason}"
     both = float(deviations[0]), float(deviations[1])

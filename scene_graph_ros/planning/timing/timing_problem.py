@@ -23,6 +23,7 @@ from scene_graph_ros.planning.edges.curves import turning_quaternions
 from scene_graph_ros.planning.edges.edge_proofs import EdgeProofs, prove
 from scene_graph_ros.planning.edges.edge_stretches import EdgeRules, FREE, UNDECIDED, UNFINISHED
 from scene_graph_ros.planning.pairs.check_kernels import NO_PAIR
+from scene_graph_ros.planning.parallel.deadline import checked_timeout
 from scene_graph_ros.planning.parallel.stoppable import Turns
 from scene_graph_ros.planning.paths.planned_path import Plan
 from scene_graph_ros.planning.plan_failure import PlanFailure
@@ -44,7 +45,6 @@ __all__ = [
     "TimingFailure",
     "TimingProblem",
     "as_timed_path",
-    "as_timeout",
     "beyond_limit",
     "constraint_failure",
     "in_turns",
@@ -239,14 +239,6 @@ def timing_problem(
     )
 
 
-def as_timeout(timeout: float | None) -> float | None:
-    """Return seconds, or None. Raises TrajectoryError for anything else."""
-    patience = None if timeout is None else as_float(timeout)
-    if timeout is not None and (patience is None or not 0.0 <= patience < math.inf):
-        raise TrajectoryError(f"timeout must be seconds from 0 on, or None, not {quoted(timeout)}")
-    return patience
-
-
 def rate_or_position_excess(
     problem: TimingProblem, trajectory: PiecewisePolynomial
 ) -> LimitExcess | None:
@@ -262,7 +254,7 @@ def in_turns(
     watch: Callable[[], None] | None,
 ) -> _Answer:
     """Return the answer of a job on a path of ``count`` edges, which must look at its turns."""
-    turns = Turns(as_timeout(timeout), watch or (lambda: None))
+    turns = Turns(checked_timeout(timeout, TrajectoryError), watch or (lambda: None))
     return job(turns) if count <= _LONG else turns.beside(lambda: job(turns))
 
 

@@ -128,8 +128,8 @@ def test_a_relaxation_is_solved_with_refined_steps_where_it_is_off_without(monke
     ask = wall.ask_clarabel
     asked, off = [], 0.0
 
-    def ask_and_note(form, tolerance, options, what):
-        found = ask(form, tolerance, options, what)
+    def ask_and_note(form, tolerance, options, what, is_over):
+        found = ask(form, tolerance, options, what, is_over)
         if "relaxation" not in what:
             return found
         asked.append((tolerance, not options))

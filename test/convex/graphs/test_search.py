@@ -12,7 +12,7 @@ from searching import times
 
 from scene_graph_ros.convex.graphs.network.network import Network
 from scene_graph_ros.convex.graphs.network.rounding import main_path
-from scene_graph_ros.convex.graphs.search import few_paths, search, shortest_path
+from scene_graph_ros.convex.graphs.search import few_paths, rounded_paths, search
 from scene_graph_ros.geometry.optimization import (
     ConvexSetError,
     GraphOfConvexSets,
@@ -72,15 +72,30 @@ def test_a_search_that_is_cut_short_says_what_is_left():
 
 
 def test_a_search_ends_where_a_function_says_so():
-    """Asked before each program: what is left is the gap. What the function raises is raised."""
+    """Asked at each iteration and before each program: what is left is the gap."""
     graph, start, end = loose_graph()
-    asked = []
-    options = GraphOfConvexSetsOptions(termination_func=lambda: len(asked) > 1 or asked.append(1))
-    result = graph.solve_shortest_path(start, end, options)
+
+    def ended_after(count):
+        left = iter(range(count))
+        options = GraphOfConvexSetsOptions(termination_func=lambda: next(left, None) is None)
+        return graph.solve_shortest_path(start, end, options), len(list(left))
+
+    whole, left = ended_after(10_000)
+    assert not whole.is_stopped and whole.reason == "the best path, to the tolerance"
+    bounds = []
+    for count in range(10_000 - left):
+        result, _ = ended_after(count)
+        assert result.is_stopped
+        bounds.append(result.lower_bound)
+        assert result.lower_bound <= whole.cost * (1.0 + 1e-9)
+        if result.is_success:
+            assert result.reason == "termination_func ended the search"
+            assert result.cost >= whole.cost * (1.0 - 1e-9)
+        else:
+            assert result.reason == "no path was found until termination_func ended the search"
+    assert bounds[0] == -np.inf and bounds == sorted(bounds)
+    # The last ones had a path already.
     assert result.is_success
-    assert result.reason == "termination_func ended the search"
-    assert result.num_search_programs <= 2
-    assert result.lower_bound < result.cost
 
     def stop():
         raise KeyboardInterrupt
@@ -91,7 +106,7 @@ def test_a_search_ends_where_a_function_says_so():
         GraphOfConvexSetsOptions(termination_func=3)
 
 
-def refuse(problem, path):
+def refuse(problem, path, **_):
     """Solve nothing."""
     raise SolverError("test: no progress")
 
@@ -101,7 +116,7 @@ def test_without_a_solved_path_the_solver_is_named(monkeypatch, most):
     """Where neither a rounded path nor one of the search is solved, the reason says who failed."""
     graph, start, end = loose_graph()
     monkeypatch.setattr(few_paths, "_MOST_EDGES", 0)
-    monkeypatch.setattr(shortest_path, "restrict", refuse)
+    monkeypatch.setattr(rounded_paths, "restrict", refuse)
     monkeypatch.setattr(search, "restrict", refuse)
     options = GraphOfConvexSetsOptions(convex_relaxation=bool(most))
     result = graph.solve_shortest_path(start, end, options)

@@ -56,7 +56,8 @@ def test_velocities_and_accelerations_go_on():
     assert result.derivative_jump <= 1e-9
     assert inside(smooth)
     assert least.cost < result.cost < 1.5 * least.cost
-    assert result.lower_bound == -np.inf  # the relaxation asks what paths need not keep
+    # The bound is that of ways which need not be so smooth.
+    assert 0.99 * least.lower_bound <= result.lower_bound <= least.cost
     at = np.linspace(0.0, smooth.end_time, 500)
     assert (abs(smooth.derivative().value(at)) <= np.array([1.0, 0.5]) + 1e-9).all()
 
@@ -85,6 +86,79 @@ def test_continuity_of_path_and_time_has_one_answer(first):
         costs.append(result.cost)
     np.testing.assert_allclose(costs, 7.618, rtol=1e-4)
     assert max(costs) - min(costs) <= 1e-7
+
+
+@pytest.mark.parametrize("orders", [(1,), (1, 2)])
+def test_a_stop_between_two_segments_may_cost_less(orders):
+    """1 m and 10 m at 1 m/s, meeting at 1: of order 3 a segment that ends at rest takes 1.5 times.
+
+    With a stop 1.5 and 15 s; with no acceleration there, either, 3 and 30 s. With equal durations
+    h the last step of control points in 1 m is d <= 1, as is the first one in 10 m: so
+    10 <= d + 2 h / 3 and both take 27 s; with accelerations that go on 10 <= 4 + h / 3, 36 s.
+    """
+    graph = GcsTrajectoryOptimization(1)
+    pieces = [Hyperrectangle([0.0], [1.0]), Hyperrectangle([1.0], [11.0])]
+    free = graph.add_regions(pieces, 3, 0.01, 100.0)
+    start, goal = (graph.add_regions([Point([x])], 0) for x in (0.0, 11.0))
+    graph.add_edges(start, free)
+    graph.add_edges(free, goal)
+    graph.add_time_cost()
+    graph.add_velocity_bounds([-1.0], [1.0])
+    graph.add_path_continuity_constraints(1)
+    for order in orders:
+        graph.add_continuity_constraints(order)
+    trajectory, result = graph.solve_path(start, goal)
+    expected = 16.5 if orders == (1,) else 33.0
+    assert trajectory.end_time == pytest.approx(expected, rel=1e-6)
+    assert abs(trajectory.jumps(1)).max() <= 1e-9
+    assert 11.0 <= result.lower_bound <= expected
+    # It is the same when it is asked again, and along a path that is given.
+    again, _ = graph.solve_path(start, goal)
+    assert again.end_time == trajectory.end_time
+    way = [start.vertices[0], *free.vertices, goal.vertices[0]]
+    given, of_given = graph.solve_convex_restriction(way)
+    assert given.end_time == pytest.approx(expected, rel=1e-6)
+    assert of_given.cost == pytest.approx(expected, rel=1e-6)
+
+
+def test_a_stop_where_equal_durations_do_not_reach():
+    """At most 2 s for the first segment, which do not reach for the second one, 15 m at 2 m/s."""
+    graph = GcsTrajectoryOptimization(1)
+    pieces = [Hyperrectangle([0.0], [2.0]), Hyperrectangle([2.0], [17.0])]
+    free = graph.add_regions(pieces, 3, 0.01, 12.0)
+    start, goal = (graph.add_regions([Point([x])], 0) for x in (0.0, 17.0))
+    graph.add_edges(start, free)
+    graph.add_edges(free, goal)
+    graph.add_time_cost()
+    graph.add_velocity_bounds([-2.0], [2.0])
+    free.vertices[0].add_constraint(free.vertices[0].x[-1] <= 2.0)
+    graph.add_path_continuity_constraints(1)
+    graph.add_continuity_constraints(1)
+    way = [start.vertices[0], *free.vertices, goal.vertices[0]]
+    for trajectory, result in (graph.solve_path(start, goal), graph.solve_convex_restriction(way)):
+        # 1.5 times 1 s and 7.5 s.
+        assert result.is_success and result.cost == pytest.approx(12.75, rel=1e-6)
+        assert trajectory.end_time == pytest.approx(12.75, rel=1e-6)
+
+
+def test_surrogates_that_nothing_keeps_forbid_nothing():
+    """100 m from rest to rest with 1 m/s2: 20 s at least; what is linear in them allows none."""
+    pytest.importorskip("casadi")
+    graph = GcsTrajectoryOptimization(1)
+    free = graph.add_regions([Hyperrectangle([0.0], [100.0])], 6, 1.0, 60.0)
+    start, goal = (graph.add_regions([Point([x])], 0) for x in (0.0, 100.0))
+    ends = graph.add_edges(start, free), graph.add_edges(free, goal)
+    for each in ends:
+        each.add_zero_derivative_constraints(1)
+    graph.add_time_cost()
+    graph.add_velocity_bounds([-50.0], [50.0])
+    free.add_nonlinear_derivative_bounds([-1.0], [1.0], 2)
+    trajectory, result = graph.solve_path(start, goal)
+    assert result.is_success
+    assert 20.0 <= trajectory.end_time <= 26.0
+    at = np.linspace(0.0, trajectory.end_time, 1000)
+    assert abs(trajectory.derivative(2).value(at)).max() <= 1.0 + 1e-6
+    assert 0.0 < result.lower_bound <= result.cost
 
 
 def test_a_wait_and_bounded_accelerations_on_a_track():

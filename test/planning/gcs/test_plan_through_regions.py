@@ -1,5 +1,6 @@
 """From regions to a robot's trajectory in one call: its time, its proof, and what stops it."""
 
+import itertools
 import math
 
 import numpy as np
@@ -17,11 +18,13 @@ from scene_graph_ros.planning import (
     EdgeStatus,
     get_continuous_revolute_joint_indices,
     load_robot_diagram,
+    OutOfTimeError,
     plan_through_regions,
     RegionNotFoundError,
     SceneGraphCollisionChecker,
 )
-from scene_graph_ros.planning.gcs.region_clock import RegionClock
+from scene_graph_ros.planning.gcs.termination import in_time
+from scene_graph_ros.planning.parallel import deadline
 
 SEARCH = GraphOfConvexSetsOptions(convex_relaxation=False)
 
@@ -73,22 +76,25 @@ def test_regions_grow_along_a_path_where_none_are_given(tmp_path):
         )
 
 
-def test_time_that_is_over_and_who_watches(tmp_path):
+def test_time_that_is_over_and_who_watches(tmp_path, monkeypatch):
     """No time for a path, for regions, for a trajectory; an exception comes out of each."""
     checker = SceneGraphCollisionChecker(diagram(tmp_path, SLIDE, BALL))
     boxes = [HPolyhedron.make_box(*box) for box in (([-2.0], [0.0]), ([-0.5], [0.9]))]
     how = {"velocities": [0.5], "checker": checker}
-    with pytest.raises(RegionNotFoundError, match=r"no path .* within 0 s"):
+    with pytest.raises(OutOfTimeError, match=r"no path .* within 0 s"):
         plan_through_regions(None, [-1.0], [0.6], timeout=0.0, **how)
     asked = []
     own = GraphOfConvexSetsOptions(termination_func=lambda: bool(asked.append(1)))
-    assert RegionClock(0.0, None).in_time(own).termination_func()
-    assert not RegionClock(600.0, None).in_time(own).termination_func()
+    assert in_time(own, 0.0, None).termination_func()
+    assert not in_time(own, 600.0, None).termination_func()
     assert asked == [1]
-    assert RegionClock(None, None).in_time(own) is own
+    assert in_time(own, None, None) is own
     with pytest.raises(ConvexSetError, match=r"timeout must be seconds from 0 on, .* not -1"):
         plan_through_regions(boxes, [-1.0], [0.6], timeout=-1.0, **how)
 
+    # By a clock on which each look is a turn.
+    ticks = itertools.count()
+    monkeypatch.setattr(deadline, "monotonic", lambda: 0.06 * next(ticks))
     calls = []
     plan = plan_through_regions(
         None, [-1.0], [0.6], timeout=600.0, watch=lambda: calls.append(1), **how

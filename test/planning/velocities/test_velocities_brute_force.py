@@ -24,6 +24,8 @@ ALLOWED = 1e-5
 
 START = np.array([0.0, 0.3, 0.0, -2.0, 0.0, 2.3, 0.8, 0.02])
 ACCELERATION = 15.0
+BESIDE = 0.25
+"""m: from a link's origin to an object's."""
 
 
 class Drive:
@@ -121,13 +123,19 @@ def moved(X_WFs, twists, t):
 
 
 def throw(drive, twists, spin, fastest):
-    """Let some of the objects go towards a link, or home."""
+    """Let some of the objects go towards a link, or home; those beside a link go away from it.
+
+    No robot keeps what an object in it takes: one that stayed there would have nothing to keep.
+    """
+    links = drive.tree.link_poses(drive.q, list(drive.tree.link_names[3:10]))[:, :3, 3]
     for k, X in enumerate(drive.X_WFs):
         if drive.rng.random() < 0.5:
-            link = drive.tree.link_names[drive.rng.integers(3, 10)]
-            at = drive.tree.link_poses(drive.q, [link])[0][:3, 3]
+            at = links[drive.rng.integers(len(links))]
             way = at - X[:3, 3] + 0.3 * drive.rng.normal(size=3)
-            if drive.rng.random() < 0.3:
+            nearest = links[np.argmin(np.linalg.norm(links - X[:3, 3], axis=1))]
+            if np.linalg.norm(X[:3, 3] - nearest) < BESIDE:
+                way = X[:3, 3] - nearest + 0.05 * drive.rng.normal(size=3)
+            elif drive.rng.random() < 0.3:
                 way = drive.rng.uniform([0.2, -0.6, 0.5], [0.9, 0.6, 1.2]) - X[:3, 3]
             twists[k, 3:] = way * drive.rng.uniform(0.0, fastest) / np.linalg.norm(way)
             twists[k, :3] = spin * drive.rng.normal(size=3)

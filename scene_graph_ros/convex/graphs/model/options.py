@@ -49,8 +49,8 @@ class GraphOfConvexSetsOptions:
     max_search_programs: int = 10_000
     """How many convex programs the search solves at most; what is then left is the gap."""
     termination_func: Callable[[], bool] | None = None
-    """Asked before each program of the search: where it returns True, what is left is the gap.
-    What it raises is raised."""
+    """Asked before each program, and at each iteration of Clarabel and of IPOPT: where it returns
+    True the search ends, and what is left is the gap. What it raises is raised."""
     solver: str | None = None
     """What solves the relaxation, and single paths unless ``restriction_solver`` does: "clarabel",
     the default, "highs" where all is linear, or "scs"; or "scip", for the exact problem as one

@@ -8,7 +8,7 @@ vertex and one from it, they share their flow and their points there.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 import functools
 from typing import Any, NamedTuple
@@ -40,7 +40,8 @@ class Problem:
 
     ``forced`` are edges that every path has to take. ``unit`` is the unit of costs.
     ``functions`` are costs and constraints of edges that need not be convex; of them the
-    restriction alone knows. Programs are solved by ``solver``, by Clarabel if it is None.
+    restriction alone knows. Programs are solved by ``solver``, by Clarabel if it is None, until
+    ``is_over`` says that it is time to stop.
     """
 
     network: Network
@@ -50,6 +51,7 @@ class Problem:
     unit: float
     functions: Mapping[int, tuple[PlacedFunction, ...]] = field(default_factory=dict)
     solver: SolverChoice | None = None
+    is_over: Callable[[], bool] | None = None
 
     @functools.cached_property
     def packed_sets(self) -> Packed:
@@ -249,6 +251,7 @@ class _Relaxation:
             is_rough=True,
             by=problem.solver,
             tolerance=tolerance,
+            is_over=problem.is_over,
         )
         levels, visits = np.zeros(network.size), np.zeros(network.size)
         levels[self._kept] = -unit * solution.dual(self._balance)

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from scene_graph_ros.convex.errors import SolverError
+from scene_graph_ros.convex.errors import SolverError, StoppedError
 from scene_graph_ros.convex.graphs.expressions.functions import FunctionConstraint, FunctionCost
 from scene_graph_ros.convex.graphs.expressions.term_cones import kept_by
 from scene_graph_ros.convex.graphs.model.edge_terms import EdgeTerms
@@ -53,13 +53,15 @@ def with_functions(
 
     ``start`` are points of the sets. They are in the sets and keep what is convex to rounding of
     the solver, where it found such points. Raises SolverError where no search ended at points that
-    are a local optimum, and some keep all.
+    are a local optimum, and some keep all; StoppedError where it was ended before.
     """
     program, generator = _Program(problem, path), np.random.default_rng(0)
     best, least = list(start), (True, np.inf, np.inf)
     # No points of these sets that keep what is convex cost less than the first ones.
     bound = program.cost(start)
     for trial in range(_TRIALS):
+        if trial and problem.is_over is not None and problem.is_over():
+            break
         away = _BESIDE if least[0] else _AWAY
         found, is_optimal = program.solve(
             start if trial == 0 else program.near(start, away, generator)
@@ -67,10 +69,19 @@ def with_functions(
         worst = program.violation(found)
         rank = (not is_optimal, max(worst, _KEPT), program.cost(found))
         is_kept = is_optimal and worst <= _KEPT
+        is_same = is_kept and abs(rank[2] - least[2]) <= _SAME * abs(bound)
+        is_same = is_same and rank[2] - bound <= _SOME * abs(bound)
         if rank < least:
             best, least = found, rank
+        if is_same:
+            break
         if is_kept and (not program.is_smooth or rank[2] - bound <= _LITTLE * abs(bound)):
             break
+    if least[0] and problem.is_over is not None and problem.is_over():
+        raise StoppedError(
+            "GraphOfConvexSets.solve_convex_restriction: the search was ended before it came to a"
+            " local optimum"
+        )
     if least[0] and least[1] <= _ACCEPTED:
         raise SolverError(
             f"GraphOfConvexSets.solve_convex_restriction: the points of a path of {len(path)}"
@@ -82,6 +93,9 @@ def with_functions(
 _TRIALS = 5
 """From how many starts the best is taken; where functions are somebody's own, the first of these
 that leads to a local optimum."""
+
+_SAME, _SOME = 1e-3, 0.1
+"""Of a lower bound: two starts that end so near to each other, and to it, are enough."""
 
 _LITTLE = 3e-2
 """Of a lower bound: where so little is left to gain, no other start is tried."""

@@ -72,7 +72,7 @@ def _solve(
     ys = np.split(columns, firsts[1:])
     if end is not None:
         program.add_cost(ys[-1], sets[-1].S.T @ end[1] / unit)
-    solution = program.solve(what, by=of.problem.solver)
+    solution = program.solve(what, by=of.problem.solver, is_over=of.problem.is_over)
     weights = taken.weights(solution, lowered)
     if not solution.is_feasible:
         return [], bound_of_points(taken, sets, weights, None, with_cost=False), False
@@ -143,14 +143,26 @@ def _kept_functions(
     if guess is not None:
         start = [x - placed.center for x, placed in zip(guess, of.sets, strict=True)]
     moved = with_functions(of.problem, of.path, start)
-    has_costs = any(isinstance(each.term, FunctionCost) for some in functions for each in some)
-    return moved, -np.inf if has_costs else bound
+    return moved, -np.inf if _has_costs(of) else bound
+
+
+def _has_costs(of: _Path) -> bool:
+    """Tell whether a path has costs that are functions."""
+    functions = (each for e in of.path for each in of.problem.functions.get(e, ()))
+    return any(isinstance(each.term, FunctionCost) for each in functions)
 
 
 def restrict(
-    problem: Problem, path: Sequence[int], guess: Sequence[np.ndarray] | None = None
+    problem: Problem,
+    path: Sequence[int],
+    guess: Sequence[np.ndarray] | None = None,
+    *,
+    limit: float = np.inf,
 ) -> Restricted:
     """Return the best points of a path; where it has functions, the best near a guess, if any.
+
+    A path with constraints that are functions has none where those of the convex part cost
+    ``limit`` at least.
 
     Each is put into its set where no constraint ties it to others. Raises SolverError where
     points break a set or a constraint, or where it was not proven that there are none.
@@ -169,6 +181,8 @@ def restrict(
             f"{what}: the solver found no points of a path of {len(path)} edges, but its proof"
             f" does not hold ({bound:.3g} must be above 0)"
         )
+    if bound >= limit and not _has_costs(of):
+        return Restricted(np.inf, bound, (), 0.0)
     found, bound = _kept_functions(of, found, bound, guess)
     is_tied = of.is_constrained or any(e in problem.functions for e in path)
     sets = of.sets

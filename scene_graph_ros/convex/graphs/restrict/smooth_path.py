@@ -48,7 +48,7 @@ class _Made:
     ) -> None:
         self._problem, self._sets, self._slices = problem, sets, slices
         self._count = slices[-1].stop
-        self.program = SmoothProgram(self._count)
+        self.program = SmoothProgram(self._count, problem.is_over)
 
     def add_set(self, k: int) -> None:
         """Ask that variables are of the k-th set."""

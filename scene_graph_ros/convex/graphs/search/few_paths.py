@@ -94,4 +94,6 @@ def _relaxation(
     relaxed = relax(problem)
     if relaxed.cost == np.inf:
         raise SolverError("the relaxation was not solved, though paths keep all constraints")
-    return relaxation_answer(edges, problem, relaxed, bound_of_relaxation(problem, relaxed))
+    return relaxation_answer(
+        edges, problem, relaxed, (problem, bound_of_relaxation(problem, relaxed))
+    )

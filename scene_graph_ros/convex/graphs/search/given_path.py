@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 import itertools
 from typing import Any
 
 import numpy as np
 
-from scene_graph_ros.convex.errors import ConvexSetError
+from scene_graph_ros.convex.errors import ConvexSetError, StoppedError
 from scene_graph_ros.convex.graphs.expressions.transcription import Transcription
 from scene_graph_ros.convex.graphs.model.edge import Edge, Vertex
 from scene_graph_ros.convex.graphs.restrict.chain import Chain
@@ -18,7 +18,7 @@ from scene_graph_ros.convex.graphs.restrict.restriction import (
     restrict,
     Restricted,
 )
-from scene_graph_ros.convex.graphs.search.path_answer import no_path, with_points
+from scene_graph_ros.convex.graphs.search.path_answer import no_path, no_path_in_time, with_points
 from scene_graph_ros.convex.graphs.search.path_problem import (
     kept_terms,
     network_of,
@@ -72,8 +72,27 @@ def solve_restriction(
     active: Sequence[Edge],
     guess: Sequence[np.ndarray] | None = None,
     solver: SolverChoice | None = None,
+    is_over: Callable[[], bool] | None = None,
 ) -> GraphOfConvexSetsResult:
-    """Return the best points of a path, as `solve_convex_restriction` promises."""
+    """Return the best points of a path, as `solve_convex_restriction` promises.
+
+    None where ``is_over`` says that it is time to stop before they are found.
+    """
+    if is_over is not None and is_over():
+        return no_path_in_time()
+    try:
+        return _restricted(active, guess, solver, is_over)
+    except StoppedError:
+        return no_path_in_time()
+
+
+def _restricted(
+    active: Sequence[Edge],
+    guess: Sequence[np.ndarray] | None,
+    solver: SolverChoice | None,
+    is_over: Callable[[], bool] | None,
+) -> GraphOfConvexSetsResult:
+    """Return the best points of a path. Raises StoppedError where it was ended before."""
     label = "GraphOfConvexSets.solve_convex_restriction: active_edges"
     if not active:
         raise ConvexSetError(f"{label} must be the edges of a path, not empty")
@@ -95,7 +114,7 @@ def solve_restriction(
         problem = problem_of(
             visited, active, network_of(visited, active, *ends), used, None, places
         )
-        problem = replace(problem, solver=solver)
+        problem = replace(problem, solver=solver, is_over=is_over)
         best = restrict(problem, range(len(active)), guess)
         if not best.points:
             return no_path("the path can't keep its constraints, which is proven")

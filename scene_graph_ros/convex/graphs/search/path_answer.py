@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -19,12 +20,35 @@ from scene_graph_ros.convex.graphs.search.result import (
 )
 from scene_graph_ros.convex.graphs.search.search import Incumbent, Searched
 
-__all__ = ["PathAnswer", "costs_at", "no_path", "relaxation_answer", "with_points"]
+__all__ = [
+    "PathAnswer",
+    "costs_at",
+    "ended_early",
+    "no_path",
+    "no_path_in_time",
+    "relaxation_answer",
+    "with_points",
+]
+
+
+_NONE_YET = "no path was found until termination_func ended the search"
+_ENDED = "termination_func ended the search"
 
 
 def no_path(reason: str) -> GraphOfConvexSetsResult:
     """Return that there is no path, and why."""
     return GraphOfConvexSetsResult(False, np.inf, np.inf, reason)
+
+
+def no_path_in_time() -> GraphOfConvexSetsResult:
+    """Return that a search was ended before anything was known."""
+    return GraphOfConvexSetsResult(False, np.inf, -np.inf, _NONE_YET, is_stopped=True)
+
+
+def ended_early(found: GraphOfConvexSetsResult) -> GraphOfConvexSetsResult:
+    """Return the best of the paths that were rounded until a search was ended."""
+    reason = _ENDED if found.is_success else _NONE_YET
+    return replace(found, reason=reason, is_stopped=True)
 
 
 def costs_at(
@@ -58,8 +82,12 @@ def with_points(
     )
 
 
+Proven = tuple[Problem, ProvenBound | None]
+"""A problem, and the bound of its paths; None where nothing is known."""
+
+
 def relaxation_answer(
-    edges: Sequence[Edge], problem: Problem, relaxed: Relaxed, proven: ProvenBound
+    edges: Sequence[Edge], problem: Problem, relaxed: Relaxed, proven: Proven
 ) -> RelaxationAnswer:
     """Return a relaxation's answer about edges."""
     numbers = [e.id for e in edges]
@@ -80,7 +108,7 @@ def relaxation_answer(
         dict(zip(numbers, flows.tolist(), strict=True)),
         u,
         v,
-        PathBound(proven.value, problem, proven.potentials),
+        None if proven[1] is None else PathBound(proven[1].value, proven[0], proven[1].potentials),
     )
 
 
@@ -92,23 +120,29 @@ class PathAnswer:
         edges: Sequence[Edge],
         problem: Problem,
         relaxed: Relaxed,
-        proven: ProvenBound,
+        proven: Proven,
     ) -> None:
-        self._edges, self._proven = edges, proven
+        self._edges = edges
+        self._bound = -np.inf if proven[1] is None else proven[1].value
         self._common: dict[str, Any] = {
             "relaxation": Once(lambda: relaxation_answer(edges, problem, relaxed, proven)),
             "num_edges_solved": len(edges),
         }
 
     def of_relaxation(
-        self, found: Incumbent | None, count: int, failure: str
+        self,
+        found: Incumbent | None,
+        count: int,
+        failure: str,
+        tried: Iterable[Sequence[int]] = (),
     ) -> GraphOfConvexSetsResult:
         """Return the best rounded path with the relaxation's bound."""
         others = {
             **self._common,
             "num_rounded_paths": count,
-            "lower_bound": self._proven.value,
+            "lower_bound": self._bound,
             "transcription": Transcription.RELAXATION,
+            "rounded_paths": tuple(tuple(self._edges[e].id for e in path) for path in tried),
         }
         if found is None:
             reason = "no path was drawn: the relaxation alone was solved"
@@ -124,7 +158,7 @@ class PathAnswer:
         self, name: str, found: Incumbent | None, bound: float
     ) -> GraphOfConvexSetsResult:
         """Return a solver's path with the relaxation's bound, and with the solver's bound."""
-        others = {**self._common, "lower_bound": self._proven.value, "solver_bound": bound}
+        others = {**self._common, "lower_bound": self._bound, "solver_bound": bound}
         if found is None:
             reason = f"solver {name!r} says that no path keeps the constraints; it is not proven"
             return GraphOfConvexSetsResult(is_success=False, cost=np.inf, reason=reason, **others)
@@ -137,7 +171,8 @@ class PathAnswer:
             **self._common,
             "num_rounded_paths": count,
             "num_search_programs": searched.num_programs,
-            "lower_bound": max(searched.lower_bound, self._proven.value),
+            "lower_bound": max(searched.lower_bound, self._bound),
+            "is_stopped": searched.is_stopped,
         }
         reason = _what_ended(searched)
         if searched.found is None:
@@ -154,12 +189,12 @@ def _what_ended(searched: Searched) -> str:
         if searched.is_complete and searched.lower_bound == np.inf:
             return "no path keeps the constraints of its edges, which is proven"
         if searched.is_stopped:
-            return "no path was found until termination_func ended the search"
+            return _NONE_YET
         return "no path was found within max_search_programs"
     if searched.failure:
         return f"a path that may be better was not solved: {searched.failure}"
     if searched.is_complete:
         return "the best path, to the tolerance"
     if searched.is_stopped:
-        return "termination_func ended the search"
+        return _ENDED
     return "max_search_programs was reached"

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -22,9 +23,11 @@ from scene_graph_ros.convex.graphs.relax.edge_table import EdgeTable
 from scene_graph_ros.convex.graphs.relax.make_table import EdgeSource, table_of
 from scene_graph_ros.convex.graphs.relax.relaxation import PlacedFunction, Problem
 from scene_graph_ros.convex.sets.point import Point
+from scene_graph_ros.convex.solve.cones.solver_choice import SolverChoice
 
 __all__ = [
     "forced_of",
+    "free_problem",
     "kept_terms",
     "network_of",
     "problem_of",
@@ -77,10 +80,12 @@ def _source(
     source: Vertex,
     used: Transcription,
     places: Mapping[int, PlacedSet] | None,
+    is_known: Callable[[Any], bool] = lambda _: True,
 ) -> EdgeSource:
     parts = _parts(edge, source)
     costs = [c for part in parts for c in part.get_costs(used) if not _is_function(c)]
     constraints = [c for part in parts for c in part.get_constraints(used) if not _is_function(c)]
+    constraints = [c for c in constraints if is_known(c)]
     u, v = ((vertex.id, _place(vertex, places)) for vertex in (edge.u, edge.v))
     return EdgeSource(costs, constraints, u, v, f"GraphOfConvexSets: edge {edge.name!r}")
 
@@ -170,6 +175,35 @@ def problem_of(
         found = {k: _functions(edge, source) for k, edge in enumerate(edges)}
         functions = {k: some for k, some in found.items() if some}
     return Problem(network, sets, table, forced_of(edges), float(unit), functions)
+
+
+def free_problem(
+    source: Vertex,
+    edges: Sequence[Edge],
+    of_paths: Problem,
+    places: Mapping[int, PlacedSet] | None,
+    solver: SolverChoice | None,
+) -> Problem:
+    """Return a problem of paths without constraints that count in the restriction alone.
+
+    These are choices of the caller that added them: others may cost less. Solved by ``solver``.
+    """
+    used = Transcription.RESTRICTION
+    parts = {id(part): part for edge in edges for part in _parts(edge, source)}
+    alone = {
+        id(term)
+        for part in parts.values()
+        for term in part.get_constraints(used)
+        if not _is_function(term)
+    } - {
+        id(term)
+        for part in parts.values()
+        for term in part.get_constraints(Transcription.RELAXATION)
+    }
+    if not alone:
+        return replace(of_paths, solver=solver)
+    made = [_source(edge, source, used, places, lambda c: id(c) not in alone) for edge in edges]
+    return replace(of_paths, terms=table_of(made), functions={}, solver=solver)
 
 
 def _place(vertex: Vertex, places: Mapping[int, PlacedSet] | None) -> PlacedSet:

@@ -58,6 +58,8 @@ class GraphOfConvexSetsResult:
     there is none, or why the search ended. ``flows``, ``phi_xu`` and ``phi_xv`` are the
     relaxation's, by the numbers of edges, and ``transcription`` its form; where a path
     was found without one it is solved when one of them is first read.
+    ``rounded_paths`` are the edges of each path of the relaxation that was compared.
+    ``is_stopped`` tells whether the options' ``termination_func`` ended the search.
     ``solver_bound`` is a mixed-integer solver's lower bound of all paths: not proven.
     """
 
@@ -77,6 +79,8 @@ class GraphOfConvexSetsResult:
     num_search_programs: int = 0
     solver_bound: float = np.nan
     transcription: Transcription = Transcription.MIP
+    is_stopped: bool = False
+    rounded_paths: tuple[tuple[int, ...], ...] = ()
 
     @property
     def flows(self) -> Mapping[int, float]:

@@ -2,45 +2,52 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-import itertools
 
 import numpy as np
 
 from scene_graph_ros.convex.errors import SolverError
-from scene_graph_ros.convex.graphs.expressions.functions import (
-    FunctionCost,
-)
 from scene_graph_ros.convex.graphs.expressions.transcription import Transcription
 from scene_graph_ros.convex.graphs.model.edge import Edge, Vertex
 from scene_graph_ros.convex.graphs.model.options import GraphOfConvexSetsOptions
 from scene_graph_ros.convex.graphs.network.flow_programs import on_disjoint_ways
 from scene_graph_ros.convex.graphs.network.network import Network, TwoCycle
-from scene_graph_ros.convex.graphs.network.rounding import draw_paths, main_path
 from scene_graph_ros.convex.graphs.relax.bounds import (
     bound_of_relaxation,
     ProvenBound,
 )
 from scene_graph_ros.convex.graphs.relax.mixed_integer import solve_mixed_integer
 from scene_graph_ros.convex.graphs.relax.relaxation import (
-    Problem,
-    relax,
     Relaxed,
 )
-from scene_graph_ros.convex.graphs.restrict.restriction import restrict, Restricted
+from scene_graph_ros.convex.graphs.restrict.restriction import restrict
 from scene_graph_ros.convex.graphs.search.few_paths import best_of_few
 from scene_graph_ros.convex.graphs.search.given_path import stay
 from scene_graph_ros.convex.graphs.search.path_answer import (
+    ended_early,
     no_path,
+    no_path_in_time,
     PathAnswer,
 )
 from scene_graph_ros.convex.graphs.search.path_problem import (
+    free_problem,
     network_of,
     problem_of,
 )
 from scene_graph_ros.convex.graphs.search.result import (
     GraphOfConvexSetsResult,
+)
+from scene_graph_ros.convex.graphs.search.rounded_paths import (
+    begun,
+    better,
+    has_surrogates,
+    in_time,
+    is_closed,
+    round_paths,
+    rounded_path,
+    Stop,
+    Tried,
 )
 from scene_graph_ros.convex.graphs.search.search import (
     Incumbent,
@@ -49,12 +56,6 @@ from scene_graph_ros.convex.graphs.search.search import (
 from scene_graph_ros.convex.graphs.search.unbounded import Places, solve_in_boxes
 
 __all__ = ["solve_path"]
-
-_Tried = dict[tuple[int, ...], Restricted | SolverError]
-"""The best points of paths, by their edges, or why none were found."""
-
-_ROUNDED_PATHS = 5
-"""Paths that are drawn where nothing is said."""
 
 _EXACT, _ROUGH = 1e-10, 1e-4
 """What the relaxation's solver is asked for, at best and where a path's gap may be large."""
@@ -68,19 +69,6 @@ def _used(options: GraphOfConvexSetsOptions) -> tuple[Transcription, Transcripti
     if options.convex_relaxation:
         return Transcription.RELAXATION, Transcription.RESTRICTION
     return Transcription.MIP, Transcription.MIP
-
-
-def _has_surrogates(edges: Sequence[Edge]) -> bool:
-    """Tell whether a relaxation has constraints that paths need not keep."""
-    parts = {id(part): part for e in edges for part in (e, e.u, e.v)}
-    of = (Transcription.RELAXATION, Transcription.RESTRICTION)
-    return any(
-        (of[0] in used and of[1] not in used)
-        for part in parts.values()
-        for used in part.transcriptions
-    ) or any(
-        isinstance(cost, FunctionCost) for part in parts.values() for cost in part.get_costs(of[1])
-    )
 
 
 def solve_path(
@@ -171,32 +159,40 @@ def _solve(
     whole, single = transcriptions
     problem = problem_of(vertices, used, within, whole, None, places)
     of_paths = problem_of(vertices, used, within, single, (problem, whole), places)
-    problem = replace(problem, solver=options.continuous)
-    of_paths = replace(of_paths, solver=options.of_restriction)
+    is_over = Stop(options.termination_func)
+    asked = None if options.termination_func is None else is_over
+    problem = replace(problem, solver=options.continuous, is_over=asked)
+    of_paths = replace(of_paths, solver=options.of_restriction, is_over=asked)
     network = problem.network
-    tried: _Tried = {}
-    has_surrogates = bool(options.convex_relaxation) and _has_surrogates(used)
+    tried: Tried = {}
+    is_surrogate = bool(options.convex_relaxation) and has_surrogates(used)
     tolerance = _EXACT
     if not options.convex_relaxation:
         # What is lost of the bound, which is proven whatever the solver says, is of this size.
         tolerance = min(max(options.gap_tolerance**2, _EXACT), _ROUGH)
     least = max(options.flow_tolerance, 10.0 * tolerance)
-    relaxed = relax(problem, (), tolerance)
+    of_bound = vertices[within.source], used, of_paths, places, options.continuous
+    free = free_problem(*of_bound) if is_surrogate else problem
+    start = begun((problem, free), tolerance)
+    if start is None:
+        return no_path_in_time()
+    problem, relaxed = start
     proven = bound_of_relaxation(problem, relaxed)
     if relaxed.cost == np.inf:
         return _infeasible(proven, relaxed)
     first: Incumbent | None = None
     cycles: set[TwoCycle] = set()
+    ordered: list[TwoCycle] = []
     for _ in range(options.max_tightenings if options.mixed_integer is None else 0):
         # Around no others a constraint is violated.
         more = set(network.two_cycles(relaxed.flows, least)) - cycles
-        if not more:
+        if not more or is_over():
             break
         # Of flows that go there and back one path says enough: others will be drawn.
-        bound = None if has_surrogates else proven
-        main, _, _ = _round(of_paths, relaxed, bound, options, tried, 1)
-        first = _better(first, main)
-        if first is not None and _is_closed(bound, first, options):
+        bound = None if is_surrogate else proven
+        main, _, _ = round_paths(of_paths, relaxed, bound, options, tried, 1)
+        first = better(first, main)
+        if first is not None and is_closed(bound, first, options):
             break
         cycles |= more
         everywhere = network.two_cycles()
@@ -204,18 +200,22 @@ def _solve(
             # Flows would turn to the others next.
             cycles = set(everywhere)
         ordered = sorted(cycles, key=lambda cycle: (cycle.vertex, cycle.into))
-        relaxed = relax(problem, ordered, tolerance)
+        again = in_time(problem, ordered, tolerance)
+        if again is None:
+            break  # The flows and the bound before are good.
+        relaxed = again
         tighter = bound_of_relaxation(problem, relaxed)
         if relaxed.cost == np.inf:
             return _infeasible(tighter, relaxed)
         proven = max(tighter, proven, key=lambda each: each.value)
-    bound = None if has_surrogates else proven
-    rounded, count, failure = _round(of_paths, relaxed, bound, options, tried)
-    rounded = _better(first, rounded)
-    answer = PathAnswer(used, problem, relaxed, proven)
+    rounded, count, failure, bound = rounded_path(
+        (of_paths, free), (relaxed, proven), (ordered, tolerance), used, options, tried
+    )
+    rounded = better(first, rounded)
+    answer = PathAnswer(used, problem, relaxed, (free, bound))
     if options.convex_relaxation:
-        found = answer.of_relaxation(rounded, count, failure)
-        return replace(found, lower_bound=-np.inf) if has_surrogates else found
+        found = answer.of_relaxation(rounded, count, failure, tried)
+        return ended_early(found) if is_over.has_stopped else found
     if options.mixed_integer is not None:
         path, said = solve_mixed_integer(problem, options.mixed_integer)
         exact = None if path is None else Incumbent(path, restrict(of_paths, path))
@@ -223,21 +223,6 @@ def _solve(
         return answer.of_mixed_integer(options.mixed_integer.name, exact, said)
     searched = search_paths(problem, proven, rounded, options)
     return answer.of_search(searched, count)
-
-
-def _better(first: Incumbent | None, second: Incumbent | None) -> Incumbent | None:
-    """Return the path that costs less, of those there are."""
-    if first is None or (second is not None and second.best.cost < first.best.cost):
-        return second
-    return first
-
-
-def _is_closed(
-    proven: ProvenBound | None, found: Incumbent, options: GraphOfConvexSetsOptions
-) -> bool:
-    """Tell whether the bound is as near to a path as is asked for."""
-    cost = found.best.cost
-    return proven is not None and cost - proven.value <= options.gap_tolerance * abs(cost)
 
 
 def _infeasible(proof: ProvenBound, relaxed: Relaxed) -> GraphOfConvexSetsResult:
@@ -248,64 +233,3 @@ def _infeasible(proof: ProvenBound, relaxed: Relaxed) -> GraphOfConvexSetsResult
         f" constraints, but its proof does not hold ({proof.value:.3g} must be above 0, residual"
         f" {relaxed.residual:.1e})"
     )
-
-
-def _round(
-    problem: Problem,
-    relaxed: Relaxed,
-    proven: ProvenBound | None,
-    options: GraphOfConvexSetsOptions,
-    tried: _Tried,
-    at_most: int | None = None,
-) -> tuple[Incumbent | None, int, str]:
-    """Return the best of the path with the most flow and of some that are drawn from the flows.
-
-    And how many were tried, and a failure. Paths that were ``tried`` before are not solved again.
-    No more are once one costs the proven bound of all, and at most ``at_most``, if that is less
-    than the options' gap.
-
-    A failure is the solver's status of one of them that it did not solve, else empty.
-    """
-    given = options.max_rounded_paths
-    most = _ROUNDED_PATHS if given is None else given
-    if at_most is not None:
-        most = min(most, at_most)
-    found: Incumbent | None = None
-    failure, count = "", 0
-    for path in itertools.islice(_suggested(problem.network, relaxed.flows, most, options), most):
-        count += 1
-        if not set(problem.forced) <= set(path):
-            continue
-        if path not in tried:
-            try:
-                tried[path] = restrict(problem, path)
-            except SolverError as error:
-                tried[path] = error
-        best = tried[path]
-        if isinstance(best, SolverError):
-            failure = str(best)  # of the others one may do; without any the result says so
-            continue
-        if best.points and (found is None or best.cost < found.best.cost):
-            found = Incumbent(path, best)
-            if _is_closed(proven, found, options):
-                break
-    return found, count, failure
-
-
-def _suggested(
-    network: Network, flows: np.ndarray, most: int, options: GraphOfConvexSetsOptions
-) -> Iterator[tuple[int, ...]]:
-    """Return the path with the most flow, and others that are drawn from the flows."""
-    main = main_path(network, flows, options.flow_tolerance)
-    if main is None:
-        return
-    yield main
-    drawn = draw_paths(
-        network,
-        flows,
-        most,
-        options.max_rounding_trials,
-        options.flow_tolerance,
-        np.random.default_rng(options.rounding_seed),
-    )
-    yield from (path for path in drawn if path != main)

@@ -5,7 +5,7 @@ Points are checked by the caller, and bounds are computed from multipliers alone
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -151,15 +151,17 @@ class ConeProgram:
         is_rough: bool = False,
         by: SolverChoice | None = None,
         tolerance: float = TOLERANCES[0],
+        is_over: Callable[[], bool] | None = None,
     ) -> ConeSolution:
         """Return the optimum, or that there is none, by the solver that is chosen.
 
         Raises SolverError, which names ``what`` was asked for, where neither was found;
         ``is_rough`` accepts larger residuals, and is asked for ``tolerance`` first, relative and
         absolute. Raises ConvexSetError for programs that the chosen solver does not solve, and for
-        options that it has not.
+        options that it has not, and StoppedError where ``is_over``, which Clarabel asks at each
+        iteration, says so.
         """
-        return optimum(self.form(), what, is_rough, by, tolerance)
+        return optimum(self.form(), what, is_rough, by, tolerance, is_over)
 
     def solve_mixed_integer(self, binary: np.ndarray, what: str, by: SolverChoice) -> MixedReply:
         """Return the optimum where some variables ``(k,)`` are 0 or 1, as the solver says.

@@ -6,6 +6,7 @@ answer: the residuals of its numbers are.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -75,7 +76,12 @@ class ConeSolution:
 
 
 def optimum(
-    form: StandardForm, what: str, is_rough: bool, by: SolverChoice | None, tolerance: float
+    form: StandardForm,
+    what: str,
+    is_rough: bool,
+    by: SolverChoice | None,
+    tolerance: float,
+    is_over: Callable[[], bool] | None = None,
 ) -> ConeSolution:
     """Return the optimum, or that there is none, as `ConeProgram.solve`."""
     best: tuple[float, Reply | None] = (np.inf, None)
@@ -89,7 +95,7 @@ def optimum(
     for asked, solver in attempts:
         if solver is _CAREFUL and (best[0] <= accepted or status is Status.UNBOUNDED):
             break
-        reply = _ask(form, asked, what, solver)
+        reply = _ask(form, asked, what, solver, is_over)
         status, word = reply.status, reply.word
         residual = _residual(form, reply)
         if residual < best[0] and status is not Status.UNBOUNDED:
@@ -138,9 +144,15 @@ def _residual(form: StandardForm, reply: Reply) -> float:
     return max(equations, stationarity, gap)
 
 
-def _ask(form: StandardForm, tolerance: float, what: str, by: SolverChoice) -> Reply:
+def _ask(
+    form: StandardForm,
+    tolerance: float,
+    what: str,
+    by: SolverChoice,
+    is_over: Callable[[], bool] | None,
+) -> Reply:
     if by.name == "highs":
         return ask_highs(form, by.options, what)
     if by.name == "scs":
         return ask_scs(form, by.options, what)
-    return ask_clarabel(form, tolerance, by.options, what)
+    return ask_clarabel(form, tolerance, by.options, what, is_over)

@@ -9,6 +9,7 @@ Planning*, 2011, section 3.3, k-PRM*) ways become as short as can be with more c
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
 import math
 
@@ -92,8 +93,13 @@ class Roadmap:
             self._states[:] = _UNKNOWN
         self._plan, self._space = plan, space
 
-    def add(self, q: NDArray[np.float64]) -> NDArray[np.int64]:
-        """Add configurations ``(n, nq)`` and edges to their neighbours; return their rows."""
+    def add(
+        self, q: NDArray[np.float64], look: Callable[[], None] = lambda: None
+    ) -> NDArray[np.int64]:
+        """Add configurations ``(n, nq)`` and edges to their neighbours; return their rows.
+
+        ``look`` is called before each of them; after an exception of it the roadmap is of no use.
+        """
         space, rows = self._needed(), np.arange(len(self._nodes), len(self._nodes) + len(q))
         if not len(q):
             return rows
@@ -103,6 +109,7 @@ class Roadmap:
         wanted = math.ceil(math.e * (1.0 + 1.0 / dimensions) * math.log(max(count, 2)))
         ends, lengths = [], []
         for row in rows:
+            look()
             far = space.distances(self._nodes[row], self._nodes[:row])
             near = np.argsort(far, kind="stable")[:wanted]
             ends.append(np.stack([np.full(len(near), row), near], axis=1))
