@@ -120,10 +120,13 @@ class Feasibility:
         pairs: list[Any] = list(near.pairs)
         for k, obstacle in enumerate(self.obstacles):
             found = obstacle.projection(at)
-            length = 0.0 if found is None else float(np.linalg.norm(at - found.points[0]))
+            if found is None:
+                continue
+            way = at - found.points[0]
+            length = float(np.linalg.norm(way))
             if length > 0.0:
                 distances.append(length)
-                jacobians.append((at - found.points[0]) / length)
+                jacobians.append(way / length)
                 pairs.append(k)
         rows = np.array(jacobians).reshape(-1, len(at))
         return NearToPoint(np.array(distances), rows @ slopes, pairs)

@@ -49,7 +49,8 @@ class IrisParameterizationFunction:
                 raise RegionError(
                     f"IrisParameterizationFunction: {name} must be a function, not {quoted(given)}"
                 )
-        is_whole = isinstance(dimension, numbers.Integral) and not isinstance(dimension, bool)
+        given_dimension: Any = dimension
+        is_whole = isinstance(given_dimension, numbers.Integral) and given_dimension is not True
         if dimension is not None and (not is_whole or dimension < 1):
             raise RegionError(
                 "IrisParameterizationFunction: dimension must be a whole number above 0, not"
