@@ -169,7 +169,7 @@ class SmoothProgram:
         }
         first = ca.nlpsol("first", "ipopt", program, _OPTIONS)
         same = {name: first.get_function(own) for name, own in _DERIVATIVES.items()}
-        others = {"near": _NEAR, "again": _AGAIN}
+        others: dict[str, dict[str, Any]] = {"near": _NEAR, "again": _AGAIN}
         return [
             first,
             *(
