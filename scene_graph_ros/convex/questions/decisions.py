@@ -88,7 +88,8 @@ def _way_of_points(rows: Rows, n: int) -> Any:
 def meet_by_reach(*sets: Any) -> bool | None:
     """Tell whether two sets meet by how far they reach, None where that is left open.
 
-    It is asked where one has many points or members, and the other one reaches quickly.
+    It is asked where one has many points or members, and the other one reaches quickly. Curved
+    sets that come as near as rounding count as touching.
     """
     if not any(each._HAS_QUICK_SUPPORT for each in sets):
         return None
@@ -102,18 +103,20 @@ def meet_by_reach(*sets: Any) -> bool | None:
     exact = _by_corners(*sets) if has_few else None
     if exact is not None:
         return exact
-    apart, points = reached(*sets)
-    if apart:
+    known = reached(*sets)
+    if known.is_apart:
         return False
     if surround(*sets):
         return True
     exact = None if has_few else _by_corners(*sets)
     if exact is not None:
         return exact
+    if known.is_near and any(each.lifted.cones for each in sets):
+        return True
     kinds = (each._hull_of_points() for each in sets)
     fewer = tuple(
         each if kind is None else kind(found)
-        for each, kind, found in zip(sets, kinds, points, strict=True)
+        for each, kind, found in zip(sets, kinds, known.points, strict=True)
     )
     if fewer[0] is sets[0] and fewer[1] is sets[1]:
         return None
