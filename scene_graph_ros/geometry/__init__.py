@@ -34,6 +34,10 @@ from scene_graph_ros.geometry.model.properties import (
 )
 from scene_graph_ros.geometry.model.rgba import Rgba
 from scene_graph_ros.geometry.model.roles import Role, RoleAssign
+from scene_graph_ros.geometry.model.scene_config import (
+    DefaultProximityProperties,
+    SceneGraphConfig,
+)
 from scene_graph_ros.geometry.model.scene_graph import SceneGraph
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.query.representation import ContactRepresentation
@@ -72,6 +76,7 @@ if TYPE_CHECKING:
     from scene_graph_ros.geometry.hydroelastic.contact_surface import (
         ContactSurfaces as ContactSurfaces,
     )
+    from scene_graph_ros.geometry.meshes.inflated_hull import make_convex_hull as make_convex_hull
     from scene_graph_ros.geometry.meshes.volume_io import load_volume_mesh as load_volume_mesh
     from scene_graph_ros.geometry.meshes.volume_mesh import VolumeMesh as VolumeMesh
 
@@ -84,6 +89,7 @@ __all__ = [
     "Context",
     "Convex",
     "Cylinder",
+    "DefaultProximityProperties",
     "Ellipsoid",
     "FilterId",
     "FrameId",
@@ -105,6 +111,7 @@ __all__ = [
     "Role",
     "RoleAssign",
     "SceneGraph",
+    "SceneGraphConfig",
     "SceneGraphInspector",
     "Shape",
     "SignedDistancePair",
@@ -131,6 +138,7 @@ _ON_DEMAND = {
     "DeformableContactSurface": "deformable.results",
     "VolumeMesh": "meshes.volume_mesh",
     "load_volume_mesh": "meshes.volume_io",
+    "make_convex_hull": "meshes.inflated_hull",
 }
 """More public names: results of queries whose code is imported when they are first asked, and
 what they are about. ``import *`` leaves them out, since it would import all of that."""

@@ -162,6 +162,7 @@ if TYPE_CHECKING:
     from scene_graph_ros.planning.regions.iris_zo import iris_zo
     from scene_graph_ros.planning.regions.iris_zo_options import IrisZoOptions
     from scene_graph_ros.planning.regions.np_options import IrisNpOptions
+    from scene_graph_ros.planning.regions.parameterization import IrisParameterizationFunction
     from scene_graph_ros.planning.regions.region_record import ConfigurationRegion
     from scene_graph_ros.planning.straight.straight_plan import StraightFailure, StraightPlan
     from scene_graph_ros.planning.straight.straight_planner import plan_straight
@@ -219,6 +220,7 @@ __all__ = [
     "InverseKinematicsFailure",
     "IrisFromCliqueCoverOptions",
     "IrisNpOptions",
+    "IrisParameterizationFunction",
     "IrisZoOptions",
     "KinematicTrajectoryOptimization",
     "KinematicTrajectoryResult",

@@ -33,6 +33,7 @@ KNOWN_PROPERTIES: Mapping[str, tuple[str, ...]] = {
         "dynamic_friction",
         "hunt_crossley_dissipation",
         "point_contact_stiffness",
+        "relaxation_time",
         "static_friction",
     ),
     MESH_GROUP: ("repair_tolerance", "representation", "solid"),

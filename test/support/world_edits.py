@@ -14,6 +14,7 @@ from scene_graph_ros.geometry import (
     Box,
     CollisionFilterDeclaration,
     Convex,
+    DefaultProximityProperties,
     GeometryFrame,
     IllustrationProperties,
     PerceptionProperties,
@@ -21,6 +22,7 @@ from scene_graph_ros.geometry import (
     Rgba,
     Role,
     RoleAssign,
+    SceneGraphConfig,
     Sphere,
 )
 
@@ -69,6 +71,13 @@ def _exclude_for_now(world: World) -> None:
     declaration.exclude_between(world.set_of("can", "egg"), world.set_of("box"))
     manager = world.graph.collision_filter_manager(world.target)
     world.filter_id = manager.apply_transient(declaration)
+
+
+_FRICTION = SceneGraphConfig(
+    default_proximity_properties=DefaultProximityProperties(
+        static_friction=0.5, dynamic_friction=0.5
+    )
+)
 
 
 def _several(world: World) -> None:
@@ -165,6 +174,7 @@ EDITS: dict[str, Edit] = {
     "remove renderer": lambda w: w.graph.remove_renderer("first", context=w.target),
     "set accuracy": lambda w: w.graph.set_accuracy("quick", context=w.target),
     "set engine": lambda w: w.graph.set_engine("native", context=w.target),
+    "set configuration": lambda w: w.graph.set_config(_FRICTION, context=w.target),
 }
 
 EDITS_OF_POSES: dict[str, Edit] = {

@@ -13,6 +13,10 @@ from scene_graph_ros.convex.solve.cones.lift import shared_point
 from scene_graph_ros.convex.solve.cutting.cutting import find_in_cones, rows_with_cuts
 from scene_graph_ros.convex.solve.cutting.recession_in_cones import recession_in_cones
 from scene_graph_ros.convex.solve.exact.feasibility import find_point
+from scene_graph_ros.convex.solve.exact.nearest_exactly import (
+    corners_meet,
+    corners_meet_ball,
+)
 from scene_graph_ros.convex.solve.exact.rows import Rows
 
 __all__ = ["is_bounded", "is_empty", "meet_by_reach"]
@@ -84,24 +88,59 @@ def _way_of_points(rows: Rows, n: int) -> Any:
 def meet_by_reach(*sets: Any) -> bool | None:
     """Tell whether two sets meet by how far they reach, None where that is left open.
 
-    It is asked where one has many points or members, and the other one reaches quickly.
+    It is asked where one has many points or members, and the other one reaches quickly. Curved
+    sets that come as near as rounding count as touching.
     """
     if not any(each._HAS_QUICK_SUPPORT for each in sets):
         return None
     if any(each.is_empty() for each in sets):
         return False
+    if not sets[0].ambient_dimension:
+        return True
     if not all(each.is_bounded() for each in sets) or sets[1]._has_matrices():
         return None
-    apart, points = reached(*sets)
-    if apart:
+    has_few = all(_has_few_corners(each) for each in sets)
+    exact = _by_corners(*sets) if has_few else None
+    if exact is not None:
+        return exact
+    known = reached(*sets)
+    if known.is_apart:
         return False
     if surround(*sets):
+        return True
+    exact = None if has_few else _by_corners(*sets)
+    if exact is not None:
+        return exact
+    if known.is_near and any(each.lifted.cones for each in sets):
         return True
     kinds = (each._hull_of_points() for each in sets)
     fewer = tuple(
         each if kind is None else kind(found)
-        for each, kind, found in zip(sets, kinds, points, strict=True)
+        for each, kind, found in zip(sets, kinds, known.points, strict=True)
     )
     if fewer[0] is sets[0] and fewer[1] is sets[1]:
         return None
     return True if not is_empty(fewer, "intersects_with").value else None
+
+
+_FEW_CORNERS = 500
+"""So many rows of numbers are asked in fractions at once; more of them in floats before."""
+
+
+def _has_few_corners(of: Any) -> bool:
+    return of.corners is None or sum(map(len, of.corners.numbers())) <= _FEW_CORNERS
+
+
+def _by_corners(one: Any, other: Any) -> bool | None:
+    """Tell exactly whether two sets meet, where corners tell all of one and nearly of the other.
+
+    The other one has them, too, or is an ellipsoid.
+    """
+    if one.corners is None and other.corners is not None:
+        one, other = other, one
+    if one.corners is None:
+        return None
+    if other.corners is not None:
+        return corners_meet(one.corners, other.corners)
+    form = getattr(other, "form", None)
+    return None if form is None else corners_meet_ball(one.corners, *form)

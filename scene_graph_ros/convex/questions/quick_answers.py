@@ -6,7 +6,7 @@ and fractions decide.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -51,6 +51,10 @@ __all__ = [
 
 _APART = 8.0 * EPSILON
 """Relative to coordinates, for each of them: what rounding does to how far a set reaches."""
+
+
+_NEAR = 1e-11
+"""The same: curved sets that come so near may stay undecided, and count as touching."""
 
 
 def point_of_rows(A: np.ndarray, b: np.ndarray) -> tuple[bool | None, np.ndarray]:
@@ -104,12 +108,22 @@ def meet(one: Any, other: Any) -> bool | None:
     return None if empty is None else not empty
 
 
-def reached(one: Any, other: Any) -> tuple[bool, tuple[np.ndarray, np.ndarray]]:
+class Reached(NamedTuple):
+    """What floats know of two bounded sets by how far both reach along some directions."""
+
+    is_apart: bool
+    """Whether a plane between them is shown to be one."""
+    is_near: bool
+    """Whether points of them are within 1e-11 of their coordinates."""
+    points: tuple[np.ndarray, np.ndarray]
+    """``(k, n)`` of each: those that were furthest in some direction."""
+
+
+def reached(one: Any, other: Any) -> Reached:
     """Tell whether bounded sets that aren't empty are shown to be apart by a plane between them.
 
     It is sought as the nearest point to 0 of the differences of their points; how far both reach
-    along it decides, with room for rounding. The points ``(k, n)`` of each that were furthest in
-    some direction come behind.
+    along it decides, with room for rounding.
     """
     n, seen = one.ambient_dimension, []
 
@@ -119,16 +133,17 @@ def reached(one: Any, other: Any) -> tuple[bool, tuple[np.ndarray, np.ndarray]]:
         gap = first.gap + second.gap
         return first.value + second.value, first.point - second.point, gap
 
-    is_apart = False
+    is_apart = is_near = False
     try:
         distance, nearest, _ = nearest_by_support(reach, np.zeros(n), 4.0 * _APART * n)
         if distance > 0.0:
             value, _, gap = reach(-nearest / distance)
             is_apart = value + gap < -_APART * n * float(np.abs(seen).max())
+        is_near = distance <= _NEAR * float(np.abs(seen).max())
     except SolverError:  # not known as well as promised how far a curved set reaches
         pass
     firsts, seconds = (np.unique(points, axis=0) for points in zip(*seen, strict=True))
-    return is_apart, (firsts, seconds)
+    return Reached(is_apart, is_near and not is_apart, (firsts, seconds))
 
 
 def is_contained(asked: Any, other: Any, tol: float) -> bool | None:

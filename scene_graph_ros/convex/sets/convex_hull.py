@@ -16,6 +16,7 @@ from scene_graph_ros.convex.sets.pairwise_intersections import own_box
 from scene_graph_ros.convex.sets.reach_of_members import ReachOfMembers
 from scene_graph_ros.convex.sets.v_polytope import VPolytope
 from scene_graph_ros.convex.solve.cones.lift import Ball, equations, joined, Lift
+from scene_graph_ros.convex.solve.exact.corners import Corners, Hull
 from scene_graph_ros.geometry.spatial.sums import product
 
 __all__ = ["ConvexHull"]
@@ -62,6 +63,13 @@ class ConvexHull(ConvexSet):
     def empty_sets_removed(self) -> bool:
         """Return whether empty sets were looked for."""
         return self._removed
+
+    @functools.cached_property
+    def corners(self) -> Corners | None:
+        """The hull of the corners of the members, where all have them."""
+        found = [each.corners for each in self._participating]
+        known = [each for each in found if each is not None]
+        return Hull(known) if found and len(known) == len(found) else None
 
     @functools.cached_property
     def _reaches(self) -> ReachOfMembers:

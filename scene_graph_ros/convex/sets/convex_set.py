@@ -33,6 +33,7 @@ from scene_graph_ros.convex.questions.quick_answers import meet, support_of_rows
 from scene_graph_ros.convex.questions.surrounding import drawn_in
 from scene_graph_ros.convex.solve.cones.lift import Lift, shared_point
 from scene_graph_ros.convex.solve.cutting.cutting import find_in_cones, Found
+from scene_graph_ros.convex.solve.exact.corners import Corners
 from scene_graph_ros.convex.solve.exact.maximize import maximize
 from scene_graph_ros.convex.volumes.sampled_volume import (
     sample_volume,
@@ -231,6 +232,11 @@ class ConvexSet(abc.ABC):
 
         None where these are rounded, and may be outside.
         """
+        return None
+
+    @functools.cached_property
+    def corners(self) -> Corners | None:
+        """A set that isn't empty as sums and hulls of points and boxes, None where it isn't."""
         return None
 
     def _check_other(self, other: Any, question: str, kind: type[ConvexSet] | None = None) -> None:

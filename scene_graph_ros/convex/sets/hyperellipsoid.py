@@ -66,6 +66,11 @@ class Hyperellipsoid(ConvexSet):
         self._center = as_vector(center, "Hyperellipsoid: center", self._A.shape[1])
         super().__init__(self._A.shape[1])
 
+    @property
+    def form(self) -> tuple[np.ndarray, np.ndarray]:
+        """The matrix ``(m, n)`` and the centre ``(n,)``."""
+        return self._A, self._center
+
     @classmethod
     def make_axis_aligned(cls, radius: Any, center: Any) -> Hyperellipsoid:
         """Return the ellipsoid of positive radii ``(n,)`` along the axes about ``center (n,)``."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from scene_graph_ros.convex.questions.extents import bounds_of
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
 from scene_graph_ros.convex.solve.cones.lift import Lift
+from scene_graph_ros.convex.solve.exact.corners import Sides
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.shapes.box import Box
 from scene_graph_ros.geometry.shapes.shape import Shape
@@ -48,6 +50,11 @@ class Hyperrectangle(ConvexSet):
     def ub(self) -> np.ndarray:
         """The upper bounds ``(n,)``."""
         return self._ub
+
+    @functools.cached_property
+    def corners(self) -> Sides:
+        """Its lowest and its highest corner, between which all others are."""
+        return Sides(np.stack([self._lb, self._ub]))
 
     def center(self) -> np.ndarray:
         """Return the centre ``(n,)``."""

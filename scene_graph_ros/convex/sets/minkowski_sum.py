@@ -19,6 +19,7 @@ from scene_graph_ros.convex.sets.members import as_members, common_dimension, me
 from scene_graph_ros.convex.sets.reach_of_members import ReachOfMembers
 from scene_graph_ros.convex.sets.v_polytope import VPolytope
 from scene_graph_ros.convex.solve.cones.lift import equations, joined, Lift
+from scene_graph_ros.convex.solve.exact.corners import Corners, Sum
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
 from scene_graph_ros.geometry.tolerances import EPSILON
 
@@ -81,6 +82,13 @@ class MinkowskiSum(ConvexSet):
         if len(parts) < len(found):
             return super().maybe_get_point()
         return np.sum(parts, axis=0) if parts else np.zeros(self.ambient_dimension)
+
+    @functools.cached_property
+    def corners(self) -> Corners | None:
+        """The sum of the corners of the terms, where all have them."""
+        found = [term.corners for term in self._terms]
+        known = [each for each in found if each is not None]
+        return Sum(known) if found and len(known) == len(found) else None
 
     @functools.cached_property
     def _reaches(self) -> ReachOfMembers:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from scene_graph_ros.convex.questions.arguments import as_nonnegative, as_vector
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.convex.sets.from_shapes import is_query, placed_shape
 from scene_graph_ros.convex.solve.cones.lift import Lift
+from scene_graph_ros.convex.solve.exact.corners import Points
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
 from scene_graph_ros.geometry.shapes.shape import Shape
 from scene_graph_ros.geometry.shapes.sphere import Sphere
@@ -54,6 +56,11 @@ class Point(ConvexSet):
         """Return one equation for each coordinate."""
         n = self.ambient_dimension
         return Lift(np.eye(n), self._x, np.zeros((0, n)), np.zeros(0))
+
+    @functools.cached_property
+    def corners(self) -> Points:
+        """The point alone."""
+        return Points(self._x[np.newaxis])
 
     def maybe_get_point(self) -> np.ndarray | None:
         """Return the point."""

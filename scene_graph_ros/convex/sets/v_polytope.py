@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+import functools
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,7 @@ from scene_graph_ros.convex.sets.from_shapes import (
     vertices_of,
 )
 from scene_graph_ros.convex.solve.cones.lift import Lift
+from scene_graph_ros.convex.solve.exact.corners import Points
 from scene_graph_ros.convex.solve.nearest.nearest_in_hull import nearest_in_hull
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
 from scene_graph_ros.geometry.shapes.shape import Shape
@@ -103,6 +105,11 @@ class VPolytope(ConvexSet):
     def maybe_get_feasible_point(self) -> np.ndarray | None:
         """Return the first vertex; None if there is none."""
         return self._vertices[0] if len(self._vertices) else None
+
+    @functools.cached_property
+    def corners(self) -> Points | None:
+        """The points."""
+        return Points(self.vertices) if len(self.vertices) else None
 
     def _hull_of_points(self) -> Callable[[np.ndarray], ConvexSet]:
         return VPolytope

@@ -42,6 +42,15 @@ _DERIVATIVES = {"grad_f": "nlp_grad_f", "jac_g": "nlp_jac_g", "hess_lag": "nlp_h
 
 _PUSH = 1e-8
 
+_NEAR = {
+    "ipopt.mu_init": 1e-4,
+    "ipopt.bound_push": 1e-6,
+    "ipopt.bound_frac": 1e-6,
+    "ipopt.slack_bound_push": 1e-6,
+    "ipopt.slack_bound_frac": 1e-6,
+}
+"""A weak barrier, which leaves the search near its start; a strong one first centres it."""
+
 _AGAIN = {
     "ipopt.mu_init": 1e-5,
     "ipopt.warm_start_init_point": "yes",
@@ -130,8 +139,11 @@ class SmoothProgram:
             cost = {"squares": ca.sumsqr, "sum": ca.sum1}[kind](w)
         self._costs.append(cost / unit)
 
-    def solve(self, start: np.ndarray) -> tuple[np.ndarray, bool]:
-        """Return a point ``(n,)`` and whether it is a local optimum: its conditions hold."""
+    def solve(self, start: np.ndarray, *, is_near: bool = False) -> tuple[np.ndarray, bool]:
+        """Return a point ``(n,)`` and whether it is a local optimum: its conditions hold.
+
+        ``is_near`` asks for one near the start, by a weak barrier.
+        """
         if not len(start):
             return start, True
         if not self._solvers:
@@ -140,7 +152,8 @@ class SmoothProgram:
         most = np.concatenate(self._most)
         y = np.append(start, largest)
         told: dict[str, Any] = {}
-        for smoothed, solver in zip(_SMOOTHED, self._solvers, strict=True):
+        far, near, again = self._solvers
+        for smoothed, solver in zip(_SMOOTHED, (near if is_near else far, again), strict=True):
             found = solver(x0=y, p=smoothed, lbg=0.0, ubg=most, **told)
             y = found["x"].full().ravel()
             if not np.isfinite(y).all():
@@ -152,7 +165,7 @@ class SmoothProgram:
         return y[: len(start)], is_solved
 
     def _made(self) -> list[Any]:
-        """Return solvers for rough and for sharp norms."""
+        """Return solvers for rough norms, far and near, and for sharp ones."""
         ca = self._ca
         M, m = (np.concatenate(some) for some in zip(*self._equations, strict=True))
         kept = _independent(M)
@@ -170,7 +183,14 @@ class SmoothProgram:
             told["iteration_callback"] = self._stops[0]
         first = ca.nlpsol("first", "ipopt", program, told)
         same = {name: first.get_function(own) for name, own in _DERIVATIVES.items()}
-        return [first, ca.nlpsol("again", "ipopt", program, told | _AGAIN | same)]
+        others: dict[str, dict[str, Any]] = {"near": _NEAR, "again": _AGAIN}
+        return [
+            first,
+            *(
+                ca.nlpsol(name, "ipopt", program, told | own | same)
+                for name, own in others.items()
+            ),
+        ]
 
 
 def _stop(ca: Any, is_over: Callable[[], bool], size: int, rows: int) -> Any:

@@ -11,7 +11,7 @@ from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
 from scene_graph_ros.geometry.model.instance import checked_properties, checked_shape
 from scene_graph_ros.geometry.model.names import canonical_name
 from scene_graph_ros.geometry.model.perception_properties import read_perception_properties
-from scene_graph_ros.geometry.model.proximity import check_proximity
+from scene_graph_ros.geometry.model.proximity import with_proximity
 from scene_graph_ros.geometry.model.records import (
     GeometryRecord,
     refuse_deformable,
@@ -49,11 +49,13 @@ def assign_role(
     if not has_role:
         check_name_is_free(state, record.frame_id, role, record.name)
     if role is Role.PROXIMITY:
-        record = check_proximity(record, properties)
-    elif role is Role.PERCEPTION:
-        read_perception_properties(properties, record.name)
-    changed = {**record.properties, role: properties.read_only_copy()}
-    edit.put((state.geometries, geometry_id, record._replace(properties=changed)))
+        record = with_proximity(record, properties, state.config)
+    else:
+        if role is Role.PERCEPTION:
+            read_perception_properties(properties, record.name)
+        changed = {**record.properties, role: properties.read_only_copy()}
+        record = record._replace(properties=changed)
+    edit.put((state.geometries, geometry_id, record))
     edit.put((state.geometry_by_name, (record.frame_id, role, record.name), geometry_id))
     edit.put((state.with_role[role], geometry_id, None))
     edit.changed(role)
@@ -71,9 +73,9 @@ def change_shape(
     record = state.own_geometry(source_id, geometry_id)
     refuse_deformable(record, "its reference mesh stays; register another geometry instead")
     changed = record._replace(shape=checked_shape(shape, record.name))
-    proximity = changed.properties.get(Role.PROXIMITY)
-    if proximity is not None:
-        changed = check_proximity(changed, proximity)
+    if Role.PROXIMITY in changed.properties:
+        assert changed.given is not None
+        changed = with_proximity(changed, changed.given, state.config)
     if X_FG is not None:
         pose = as_pose(X_FG, f"X_FG of geometry {record.name!r}")
         changed = changed._replace(X_FG=pose, X_PG=_in_parent(state, changed, pose))

@@ -20,6 +20,7 @@ from scene_graph_ros.geometry.model.mesh_properties import check_solid, mesh_mea
 from scene_graph_ros.geometry.model.properties import GeometryProperties, ProximityProperties
 from scene_graph_ros.geometry.model.records import GeometryRecord
 from scene_graph_ros.geometry.model.roles import Role
+from scene_graph_ros.geometry.model.scene_config import SceneGraphConfig
 from scene_graph_ros.geometry.model.state import GeometryState
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 from scene_graph_ros.geometry.tables.changed_table import changed_table, TableOfShapes
@@ -28,10 +29,10 @@ from scene_graph_ros.geometry.tables.table_arrays import ShapeTable
 
 __all__ = [
     "ProximityArrays",
-    "check_proximity",
     "proximity_arrays",
     "read_mesh_data",
     "shape_table",
+    "with_proximity",
 ]
 
 
@@ -68,23 +69,30 @@ def _is_exact(record: GeometryRecord) -> bool:
     return uses_triangles(properties)
 
 
-def check_proximity(record: GeometryRecord, properties: GeometryProperties) -> GeometryRecord:
-    """Check that a geometry can get the proximity role: its properties, and its mesh data.
+def with_proximity(
+    record: GeometryRecord, properties: GeometryProperties, config: SceneGraphConfig
+) -> GeometryRecord:
+    """Return a geometry's record with the proximity role, by properties and the scene's values.
 
-    Returns the record whose mesh is taken as the properties say. Raises PropertyError for the
-    properties, MeshError for data that cannot be read, are no mesh, or no solid where one is
-    required. The data is kept for the queries, so nothing is read twice.
+    Its mesh is taken as the properties say. Raises PropertyError for the properties, MeshError for
+    data that cannot be read, are no mesh, or no solid where one is required. The data is kept for
+    the queries, so nothing is read twice.
     """
     assert isinstance(properties, ProximityProperties)
-    uses_triangles(properties)
+    filled = config.default_proximity_properties.filled(
+        properties, record.shape, is_deformable=record.deformable is not None
+    )
+    both = {**record.properties, Role.PROXIMITY: filled}
+    record = record._replace(properties=both, given=properties.read_only_copy())
+    uses_triangles(filled)
     if record.deformable is not None:
         return record
-    shape = mesh_meant(record.shape, properties)
+    shape = mesh_meant(record.shape, filled)
     if shape is not record.shape:
         record = record._replace(shape=shape)
-    refuse_elements(record.shape, properties, record.name)
-    read_hydroelastic_properties(record.shape, properties, record.name)
-    read_mesh_data(record.shape, properties, record.name)
+    refuse_elements(record.shape, filled, record.name)
+    read_hydroelastic_properties(record.shape, filled, record.name)
+    read_mesh_data(record.shape, filled, record.name)
     return record
 
 

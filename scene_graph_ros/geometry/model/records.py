@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.errors import DeformableError
 from scene_graph_ros.geometry.model.deformable import Deformable
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
-from scene_graph_ros.geometry.model.properties import GeometryProperties
+from scene_graph_ros.geometry.model.properties import GeometryProperties, ProximityProperties
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.shapes.shape import Shape
 
@@ -50,6 +50,8 @@ class GeometryRecord(NamedTuple):
     X_FG: NDArray[np.float64]
     properties: Mapping[Role, GeometryProperties]
     deformable: Deformable | None = None
+    given: ProximityProperties | None = None
+    """Those of the proximity role as they were given, without the scene's."""
 
     @property
     def is_anchored(self) -> bool:

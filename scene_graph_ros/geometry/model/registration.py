@@ -13,7 +13,7 @@ from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
 from scene_graph_ros.geometry.model.instance import GeometryInstance
 from scene_graph_ros.geometry.model.names import canonical_name
 from scene_graph_ros.geometry.model.perception_properties import read_perception_properties
-from scene_graph_ros.geometry.model.proximity import check_proximity
+from scene_graph_ros.geometry.model.proximity import with_proximity
 from scene_graph_ros.geometry.model.records import (
     FrameRecord,
     GeometryRecord,
@@ -132,7 +132,7 @@ def add_geometry(
     for role, properties in record.properties.items():
         check_name_is_free(state, record.frame_id, role, record.name)
         if role is Role.PROXIMITY:
-            record = check_proximity(record, properties)
+            record = with_proximity(record, properties, state.config)
         elif role is Role.PERCEPTION:
             read_perception_properties(properties, record.name)
     edit.put(

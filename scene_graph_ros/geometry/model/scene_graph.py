@@ -12,7 +12,6 @@ from scene_graph_ros.geometry.model.collision_filter import (
     CollisionFilterManager,
 )
 from scene_graph_ros.geometry.model.context import Context
-from scene_graph_ros.geometry.model.edit import Edit
 from scene_graph_ros.geometry.model.frame import GeometryFrame
 from scene_graph_ros.geometry.model.geometry_set import GeometrySet
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
@@ -27,6 +26,8 @@ from scene_graph_ros.geometry.model.reference_meshes import make_deformable, rea
 from scene_graph_ros.geometry.model.renderer_registry import RendererRegistry
 from scene_graph_ros.geometry.model.role_data import read_for_role, read_looks
 from scene_graph_ros.geometry.model.roles import Role, RoleAssign
+from scene_graph_ros.geometry.model.scene_config import SceneGraphConfig
+from scene_graph_ros.geometry.model.scene_settings import checked_config, SceneSettings
 from scene_graph_ros.geometry.model.state import GeometryState, ROLES
 from scene_graph_ros.geometry.shapes.shape import Shape
 
@@ -39,13 +40,7 @@ __all__ = ["SceneGraph"]
 Result = TypeVar("Result")
 
 
-def _set(edit: Edit, setting: str, value: Any) -> None:
-    """Set the defaults of queries."""
-    edit.set(edit.state, setting, value)
-    edit.changed()
-
-
-class SceneGraph(RendererRegistry, NotCopied):
+class SceneGraph(SceneSettings, RendererRegistry, NotCopied):
     """The model of the world, from which contexts are made.
 
     Every method that changes the model takes ``context``: without it the scene graph's own model
@@ -66,11 +61,16 @@ class SceneGraph(RendererRegistry, NotCopied):
     _query_type: ClassVar[Callable[[Context], Any] | None] = None
 
     def __init__(
-        self, *, accuracy: Accuracy | str = Accuracy.EXACT, engine: Engine | str = Engine.NATIVE
+        self,
+        config: SceneGraphConfig | None = None,
+        *,
+        accuracy: Accuracy | str = Accuracy.EXACT,
+        engine: Engine | str = Engine.NATIVE,
     ) -> None:
         """Make an empty model with the defaults of its queries.
 
         Args:
+            config: values of contact for geometry that has none of its own; by default none.
             accuracy: "quick", "standard" or "exact": the error of a distance is at most
                 ``Accuracy(accuracy).bound`` (1e-3, 1e-6, 1e-12) of the pair's larger shape.
             engine: "native", or "fcl" to compare with python-fcl, which promises no bound.
@@ -78,9 +78,11 @@ class SceneGraph(RendererRegistry, NotCopied):
         Raises:
             QueryArgumentError: there is no such tier or engine.
             EngineError: the engine is not installed.
+            PropertyValueError: ``config`` is no SceneGraphConfig.
 
         """
         state = GeometryState()
+        state.config = checked_config(config)
         state.accuracy, state.engine = as_accuracy(accuracy), as_engine(engine)
         self._model = ModelOwner(state)
 
@@ -113,26 +115,6 @@ class SceneGraph(RendererRegistry, NotCopied):
         Raises QueryArgumentError for an object that can't be called.
         """
         return self._owner(context).all_or_nothing(changes)
-
-    # Accuracy.
-
-    @property
-    def accuracy(self) -> Accuracy:
-        """The tier of the model's queries."""
-        return self._model.state.accuracy
-
-    @property
-    def engine(self) -> Engine:
-        """The engine of the model's queries about pairs."""
-        return self._model.state.engine
-
-    def set_accuracy(self, accuracy: Accuracy | str, *, context: Context | None = None) -> None:
-        """Choose another tier for the model's queries. Raises QueryArgumentError."""
-        self._owner(context).change(_set, "accuracy", as_accuracy(accuracy))
-
-    def set_engine(self, engine: Engine | str, *, context: Context | None = None) -> None:
-        """Choose another engine for the model's queries. Raises as the constructor does."""
-        self._owner(context).change(_set, "engine", as_engine(engine))
 
     # Contexts, queries, inspection.
 

@@ -33,6 +33,7 @@ from scene_graph_ros.geometry.model.records import (
 )
 from scene_graph_ros.geometry.model.renderer import Renderer
 from scene_graph_ros.geometry.model.roles import checked_role, Role
+from scene_graph_ros.geometry.model.scene_config import SceneGraphConfig
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.shapes.element_shape import ElementShape
 
@@ -66,6 +67,7 @@ class GeometryState:
         self.shared = False
         self.accuracy = Accuracy.EXACT
         self.engine = Engine.NATIVE
+        self.config = SceneGraphConfig()
         self.renderers: Mapping[str, Renderer] = {}  # replaced as a whole, so copies may share it
         self.source_names: dict[SourceId, str] = {_INTERNAL_SOURCE: "scene_graph_internal"}
         self.source_by_name: dict[str, SourceId] = {"scene_graph_internal": _INTERNAL_SOURCE}

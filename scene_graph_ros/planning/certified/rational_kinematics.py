@@ -123,6 +123,12 @@ class RationalForwardKinematics:
         values = self._rows("s", s)
         return self.q_star + np.where(self.turns, 2.0 * np.arctan(values), values)
 
+    def compute_q_jacobian(self, s: ArrayLike) -> NDArray[np.float64]:
+        """Return derivatives ``(..., nq, nq)`` of `compute_q_value` at s ``(..., nq)``."""
+        values = self._rows("s", s)
+        slopes = np.where(self.turns, 2.0 / (1.0 + values * values), 1.0)
+        return slopes[..., np.newaxis] * np.eye(self.tree.num_positions)
+
     def _rows(self, name: str, values: ArrayLike) -> NDArray[np.float64]:
         """Return numbers ``(..., nq)``. Raises CertificateError."""
         found = _numbers(name, values)

@@ -16,12 +16,14 @@ from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.planning.checker.checker_interface import CollisionChecker
 from scene_graph_ros.planning.regions.errors import RegionError
 from scene_graph_ros.planning.regions.feasibility import Feasibility
+from scene_graph_ros.planning.regions.parameterization import IrisParameterizationFunction
 from scene_graph_ros.robots.tree_kernels import FLOATING
 
 __all__ = [
     "checked_box",
     "checked_center",
     "checked_domain",
+    "checked_domain_of",
     "checked_kept",
     "checked_points",
     "domain_of_limits",
@@ -71,6 +73,18 @@ def checked_domain(
     return checked_box(domain, tree.num_positions if rows is None else len(rows))
 
 
+def checked_domain_of(
+    parameterization: IrisParameterizationFunction | None, checker: CollisionChecker, domain: Any
+) -> HPolyhedron:
+    """Return a bounded domain of a region's points, with a parameterization or without.
+
+    Raises RegionError.
+    """
+    if parameterization is None:
+        return checked_domain(checker, domain)
+    return checked_box(domain, parameterization.dimension)
+
+
 def checked_box(domain: Any, n: int | None = None) -> HPolyhedron:
     """Return a bounded domain in n dimensions, or in any. Raises RegionError."""
     if not isinstance(domain, HPolyhedron) or n not in (None, domain.ambient_dimension):
@@ -86,11 +100,11 @@ def checked_box(domain: Any, n: int | None = None) -> HPolyhedron:
 
 
 def refuse_parameterization(options: Any, where: str) -> None:
-    """Raise RegionError for options with a parameterization, which `iris_zo` alone takes."""
+    """Raise RegionError for options with a parameterization, which are for one region alone."""
     if getattr(options, "parameterization", None) is not None:
         raise RegionError(
             f"{where}: options have a parameterization, with which regions are none of"
-            " configurations; use iris_zo"
+            " configurations; use iris_zo or iris_in_configuration_space"
         )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from scene_graph_ros.planning.checker.carried_checker import PackedChecker
 from scene_graph_ros.planning.checker.checker_interface import CollisionChecker
 from scene_graph_ros.planning.parallel.deadline import Deadline, ENDLESS
 from scene_graph_ros.planning.regions.errors import RegionError
+from scene_graph_ros.planning.regions.parameterization import IrisParameterizationFunction
 
 __all__ = [
     "Constraints",
@@ -31,6 +32,16 @@ Constraints: TypeAlias = Callable[[NDArray[np.float64]], Any]
 _NONE = "no region was found"
 
 
+class NearToPoint(NamedTuple):
+    """Pairs at a region's point."""
+
+    distances: NDArray[np.float64]
+    """``(m,)``."""
+    jacobians: NDArray[np.float64]
+    """``(m, k)``."""
+    pairs: Sequence[Any]
+
+
 class Feasibility:
     """Tells which configurations are free; sampling, visibility, growth and tests ask it alone.
 
@@ -44,7 +55,7 @@ class Feasibility:
         obstacles: Sequence[ConvexSet] = (),
         constraints: Constraints | None = None,
         threads: int = 1,
-        parameterization: Callable[[NDArray[np.float64]], Any] | None = None,
+        parameterization: IrisParameterizationFunction | None = None,
         deadline: Deadline = ENDLESS,
     ) -> None:
         """Take an object with ``check_configs_collision_free``, and the checked options.
@@ -64,13 +75,10 @@ class Feasibility:
         """
         if self.parameterization is None:
             return points
-        given = self.parameterization(points)
-        rule = "parameterization must return finite numbers"
-        q = real_array(given, rule, RegionError)
-        shape = (len(points), self.checker.model.tree.num_positions)
-        if q.shape != shape or not np.isfinite(q).all():
-            raise RegionError(f"{rule} {shape} of points {points.shape}, not {quoted(given)}")
-        return q
+        return self.parameterization.configurations(points, self._nq())
+
+    def _nq(self) -> int:
+        return int(self.checker.model.tree.num_positions)
 
     def free(self, q: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Tell of configurations ``(n, nq)``, or of a region's points, which are free.
@@ -112,8 +120,30 @@ class Feasibility:
         return free
 
     def near(self, q: NDArray[np.float64], influence: float) -> Any:
-        """Return ``distances (k,)``, ``jacobians`` and ``pairs`` at q, up to one (m), padded."""
-        return self.checker.calc_robot_clearance(q, influence)
+        """Return ``distances (k,)``, ``jacobians`` and ``pairs`` at q, up to one (m), padded.
+
+        At a region's point derivatives are by its coordinates, and obstacles are among the pairs,
+        by their numbers, with distances in rad or m.
+        """
+        if self.parameterization is None:
+            return self.checker.calc_robot_clearance(q, influence)
+        (at,) = self.configurations(q[np.newaxis])
+        (slopes,) = self.parameterization.derivatives(q[np.newaxis], len(at))
+        near = self.checker.calc_robot_clearance(at, influence)
+        distances, jacobians = list(near.distances), list(near.jacobians)
+        pairs: list[Any] = list(near.pairs)
+        for k, obstacle in enumerate(self.obstacles):
+            found = obstacle.projection(at)
+            if found is None:
+                continue
+            way = at - found.points[0]
+            length = float(np.linalg.norm(way))
+            if length > 0.0:
+                distances.append(length)
+                jacobians.append(way / length)
+                pairs.append(k)
+        rows = np.array(jacobians).reshape(-1, len(at))
+        return NearToPoint(np.array(distances), rows @ slopes, pairs)
 
     def _meets(self, q: NDArray[np.float64]) -> NDArray[np.bool_]:
         assert self.constraints is not None

@@ -17,7 +17,7 @@ from scene_graph_ros.planning.cliques.visibility_graph import checked_parallelis
 from scene_graph_ros.planning.parallel.deadline import Deadline
 from scene_graph_ros.planning.regions.arguments import (
     checked_center,
-    checked_domain,
+    checked_domain_of,
     checked_points,
     ellipsoid_map,
 )
@@ -101,7 +101,8 @@ def iris_in_configuration_space(
     """Return a large polyhedron around a free configuration in which none was found not free.
 
     ``sample`` is ``(nq,)``, ``domain`` the box of the joints' limits unless given, and ``options``
-    may be an `IrisNpOptions`. The checker must answer ``calc_robot_clearance``; its paddings are
+    may be an `IrisNpOptions`. With its ``parameterization`` both are of the points that it takes,
+    ``(k,)``. The checker must answer ``calc_robot_clearance``; its paddings are
     kept. With ``certificate`` a `ConfigurationRegion`, whose test is of points that made no face.
     After ``timeout`` (s) no further ellipsoid is tried; ``watch`` is called now and then and may
     raise.
@@ -112,17 +113,20 @@ def iris_in_configuration_space(
     """
     deadline = Deadline.of(timeout, watch, RegionError)
     chosen = np_options(options)
-    box = checked_domain(checker, domain)
+    parameterization = chosen.parameterization
+    box = checked_domain_of(parameterization, checker, domain)
     if chosen.bounding_region is not None:
-        box = checked_domain(checker, box.intersection(chosen.bounding_region))
+        both = box.intersection(chosen.bounding_region)
+        box = checked_domain_of(parameterization, checker, both)
     n = box.ambient_dimension
     (center,) = checked_points("sample", sample, n)[:1]
     feasibility = Feasibility(
         checker,
-        checked_obstacles(chosen.configuration_obstacles, n),
+        checked_obstacles(chosen.configuration_obstacles, checker.model.tree.num_positions),
         checked_constraints(chosen.additional_constraints),
         checked_parallelism(checker, chosen.parallelism),
-        deadline=deadline,
+        parameterization,
+        deadline,
     )
     checked_center(feasibility, box, center, "sample")
     B, about = _FIRST_RADIUS * np.eye(n), center
@@ -231,7 +235,9 @@ class _Searches:
         found: list[NDArray[np.float64]] = []
         for q in points[:_SEARCHES]:
             found += descend(self._feasibility, cut, A, b, q, _INFLUENCE)
-        for obstacle in self._feasibility.obstacles:
+        # With a parameterization they are among the pairs of gradients.
+        is_own = self._feasibility.parameterization is None
+        for obstacle in self._feasibility.obstacles if is_own else ():
             shared = Intersection([HPolyhedron(A, b), obstacle]).maybe_get_feasible_point()
             if shared is not None and not self._feasibility.free(shared[np.newaxis])[0]:
                 found.append(shared)

@@ -22,9 +22,8 @@ from scene_graph_ros.planning.checker.checker_interface import CollisionChecker
 from scene_graph_ros.planning.cliques.visibility_graph import checked_parallelism
 from scene_graph_ros.planning.parallel.deadline import Deadline
 from scene_graph_ros.planning.regions.arguments import (
-    checked_box,
     checked_center,
-    checked_domain,
+    checked_domain_of,
     checked_kept,
     ellipsoid_map,
 )
@@ -38,6 +37,7 @@ from scene_graph_ros.planning.regions.feasibility import (
 from scene_graph_ros.planning.regions.hit_and_run import walked
 from scene_graph_ros.planning.regions.iris_zo_options import IrisZoOptions
 from scene_graph_ros.planning.regions.outer_loop import Attempt, grow, rounding_shape
+from scene_graph_ros.planning.regions.parameterization import checked_parameterization
 from scene_graph_ros.planning.regions.region_record import ConfigurationRegion, share_bound
 
 __all__ = ["bisected", "grow_zo", "iris_zo", "refuse_inside"]
@@ -96,14 +96,14 @@ def iris_zo(
     """
     deadline = Deadline.of(timeout, watch, RegionError)
     chosen = IrisZoOptions() if options is None else options
-    is_own = chosen.parameterization is None
-    box = checked_domain(checker, domain) if is_own else checked_box(domain)
+    parameterization = checked_parameterization(chosen.parameterization, "IrisZoOptions")
+    box = checked_domain_of(parameterization, checker, domain)
     feasibility = Feasibility(
         checker,
         checked_obstacles(chosen.configuration_obstacles, checker.model.tree.num_positions),
         checked_constraints(chosen.additional_constraints),
         checked_parallelism(checker, chosen.parallelism),
-        chosen.parameterization,
+        parameterization,
         deadline,
     )
     B, center = ellipsoid_map(starting_ellipsoid, box.ambient_dimension)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 import math
 import numbers
 from typing import Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
@@ -17,6 +16,11 @@ from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.planning.regions.errors import RegionError
 from scene_graph_ros.planning.regions.feasibility import Constraints
+from scene_graph_ros.planning.regions.parameterization import (
+    checked_parameterization,
+    IrisParameterizationFunction,
+    PointFunction,
+)
 
 __all__ = ["IrisZoOptions", "check_counts", "check_numbers"]
 
@@ -71,22 +75,16 @@ class IrisZoOptions:
     additional_constraints: Constraints | None = None
     """A function of configurations ``(n, nq)`` that returns ``(n, k)``: all at most 0 where free.
     It may be called in any thread."""
-    parameterization: Callable[[np.ndarray], ArrayLike] | None = None
-    """A continuous function of a region's points ``(n, k)`` that returns configurations
-    ``(n, nq)``: the region is one of these points. The domain is theirs, the ellipsoid and the
-    points to keep are, too; obstacles and constraints are of configurations. It is for `iris_zo`
-    alone."""
+    parameterization: IrisParameterizationFunction | PointFunction | None = None
+    """A function of a region's points ``(n, k)`` that returns configurations ``(n, nq)``: the
+    region is one of these points. It is for one region alone."""
     remove_all_collisions_possible: bool = False
     """Whether a region that passed its test is cut at the test's points that are not free, and
     tested anew, until a test has none or no rounds are left."""
 
     def __post_init__(self) -> None:
         """Check all values."""
-        if self.parameterization is not None and not callable(self.parameterization):
-            raise RegionError(
-                "IrisZoOptions: parameterization must be a function, or None, not"
-                f" {quoted(self.parameterization)}"
-            )
+        checked_parameterization(self.parameterization, "IrisZoOptions")
         if not isinstance(self.remove_all_collisions_possible, bool):
             raise RegionError(
                 "IrisZoOptions: remove_all_collisions_possible must be True or False, not"

@@ -13,6 +13,10 @@ from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.planning.regions.errors import RegionError
 from scene_graph_ros.planning.regions.feasibility import Constraints
 from scene_graph_ros.planning.regions.iris_zo_options import check_counts, check_numbers
+from scene_graph_ros.planning.regions.parameterization import (
+    checked_parameterization,
+    IrisParameterizationFunction,
+)
 from scene_graph_ros.planning.regions.program_constraints import ProgramConstraints
 
 if TYPE_CHECKING:
@@ -49,6 +53,10 @@ class IrisNpOptions(IrisOptions):
     """Threads that check configurations; True takes all processors."""
     num_test_samples: int = 1000
     """Points of the region, never used for faces, of which the record is."""
+    parameterization: IrisParameterizationFunction | None = None
+    """A function of a region's points with its derivatives: the region is one of these points,
+    and so are the domain, which is needed, the sample and ``starting_ellipse``. It is for one
+    region alone."""
 
     def __post_init__(self) -> None:
         """Check all values."""
@@ -62,6 +70,13 @@ class IrisNpOptions(IrisOptions):
         }
         check_counts(self, least)
         check_numbers(self, ("configuration_space_margin",), 0.0, math.inf, includes=True)
+        function = checked_parameterization(self.parameterization, "IrisNpOptions")
+        if function is not None and not function.has_jacobian:
+            raise RegionError(
+                "IrisNpOptions: parameterization must have derivatives, as counter-examples are"
+                " looked for along gradients; give IrisParameterizationFunction a jacobian, or"
+                " use iris_zo"
+            )
         program = self.prog_with_additional_constraints
         if program is None:
             return

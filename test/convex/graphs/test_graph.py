@@ -86,6 +86,14 @@ def test_what_is_refused_is_named(wrong, message):
         wrong(*pair())
 
 
+def test_flows_of_another_graph_are_refused():
+    """An edge belongs to its graph, though one of another looks alike."""
+    graph, u, v, _ = pair()
+    _, _, _, foreign = pair()
+    with pytest.raises(ConvexSetError, match="flows must be of this graph's edges"):
+        graph.sample_paths(u, v, {foreign: 1.0})
+
+
 def test_expressions_compute_as_arrays_do():
     """Values of expressions at points are those of the same operations on arrays."""
     _, u, v, e = pair()

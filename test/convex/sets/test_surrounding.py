@@ -96,3 +96,23 @@ def test_forms_that_hold_nothing_surely_are_left_out():
     assert not surround(thin, thin)
     assert ConvexHull([thin]).intersects_with(thin)
     assert Hyperellipsoid(np.zeros((1, 2)), [0.0, 0.0]).drawn_in is None
+
+
+@pytest.mark.parametrize("kind", [ConvexHull, MinkowskiSum])
+@pytest.mark.parametrize("n", [3, 6])
+def test_curved_sets_that_overlap_by_little_have_an_answer(kind, n):
+    """By 1.8e-9 of some metres, as much apart, and touching to rounding."""
+    rng = np.random.default_rng(n)
+    forms = [rng.normal(size=(n, n)) + 2.0 * np.eye(n) for _ in range(6)]
+    centers = rng.normal(size=(6, n))
+    balls = [Hyperellipsoid(A, c) for A, c in zip(forms, centers, strict=True)]
+    one, d = kind(balls[:3]), np.eye(n)[0]
+    shift = one.support(d).point - kind(balls[3:]).support(-d).point
+    moved = range(3, 6 if kind is ConvexHull else 4)
+    for overlap, meets in ((1.8e-9, True), (0.0, True), (-1.8e-9, False)):
+        away = shift - overlap * d
+        others = [
+            Hyperellipsoid(forms[k], centers[k] + away if k in moved else centers[k])
+            for k in range(3, 6)
+        ]
+        assert one.intersects_with(kind(others)) is meets

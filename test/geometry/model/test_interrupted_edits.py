@@ -48,7 +48,7 @@ def _nothing(world):
 
 QUESTIONS_OF = {
     SceneGraph: (
-        *("accuracy", "clone", "create_default_context", "engine", "has_renderer"),
+        *("accuracy", "clone", "create_default_context", "engine", "get_config", "has_renderer"),
         *("model_inspector", "query_object", "registered_renderer_names", "renderer_count"),
         *("renderer_parameter_yaml", "renderer_type_name", "source_is_registered"),
         "world_frame_id",

@@ -159,6 +159,30 @@ def test_multipliers_show_each_numerator(search, cut):
                 assert (rest >= -1e-12).all() and (rest <= 1e-2).all()
 
 
+def test_geometries_of_planes_are_those_of_the_scene(search, arm):
+    """Their shapes, types and poses, where the scene has them with the robot at any positions."""
+    q = np.array([0.4, -0.7])
+    arm.update_positions(q)
+    query = arm.model_context().query_object()
+    types = {
+        Sphere: CIrisGeometryType.SPHERE,
+        Capsule: CIrisGeometryType.CAPSULE,
+        Box: CIrisGeometryType.POLYTOPE,
+    }
+    points = {Sphere: 1, Capsule: 2, Box: 8}
+    for plane in search.separating_planes:
+        for side in PlaneSide:
+            geometry = plane.geometry(side)
+            kind = type(geometry.geometry)
+            assert query.inspector().get_shape(geometry.id) == geometry.geometry
+            assert geometry.type is types[kind] and geometry.num_rationals == points[kind]
+            X_WB = np.eye(4)
+            if geometry.body_name != "world":
+                X_WB = arm.plan.tree.link_poses(q, [geometry.body_name])[0]
+            X_WG = query.get_pose_in_world(geometry.id)
+            np.testing.assert_allclose(X_WB @ geometry.X_BG, X_WG, atol=1e-15)
+
+
 def test_coefficients_are_those_of_the_plane(proven):
     """The vector has each coordinate's constant, then its factors."""
     certificate = next(iter(proven.certificates.values()))

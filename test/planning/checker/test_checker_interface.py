@@ -261,6 +261,16 @@ def test_edges_of_a_checker_of_ones_own_are_sampled(tmp_path):
     assert drone.check_edge_collision_free([0.8, 0, 0, 0.6, 0, 0, 0], [0.6, 0, 0, 0.8, 0, 0, 0])
 
 
+@pytest.mark.parametrize("bad", [[math.nan], [math.inf], [0.0, 0.0], "no"])
+def test_checkers_of_ones_own_refuse_what_is_no_number(tmp_path, bad):
+    """Before the function that answers sees it."""
+    checker = Band(0.5, 0.53, model=diagram(tmp_path, SLIDE), edge_step_size=0.05)
+    checker.asked = 0
+    with pytest.raises((KinematicTreeError, CollisionCheckerError)):
+        checker.check_config_collision_free(bad)
+    assert checker.asked == 0
+
+
 def test_a_robot_without_joints_has_one_configuration(tmp_path):
     """It is welded to what is around it, so nothing is checked, and all questions have answers."""
     post = """<robot name="post"><link name="base"><collision><geometry><sphere radius="0.3"/>

@@ -385,9 +385,9 @@ def test_one_search_is_enough_near_the_bound(monkeypatch):
     searches = []
     solve = SmoothProgram.solve
 
-    def counted(self, start):
+    def counted(self, start, **how):
         searches.append(None)
-        return solve(self, start)
+        return solve(self, start, **how)
 
     monkeypatch.setattr(SmoothProgram, "solve", counted)
     options = GraphOfConvexSetsOptions(max_rounded_paths=1)

@@ -11,7 +11,6 @@ from scene_graph_ros.geometry.optimization import HPolyhedron, Hyperellipsoid, I
 from scene_graph_ros.planning import (
     iris_in_configuration_space,
     iris_zo,
-    IrisFromCliqueCoverOptions,
     IrisNpOptions,
     IrisZoOptions,
     load_robot_diagram,
@@ -264,51 +263,6 @@ def test_options_of_iris_are_taken(arm):
     found = iris_in_configuration_space(arm, [0.0, 0.0], options, certificate=True)
     assert found.reason == "termination_func" and len(found.volumes) == 1
     assert len(asked) == 2 and found.region is asked[0]
-
-
-def test_a_region_of_parameters_is_free_through_their_function(arm):
-    """Both joints as functions of one number, and of numbers squeezed by an arc tangent."""
-    coupled = replace(FAST, parameterization=lambda s: np.concatenate([s, -2.0 * s], axis=1))
-    line = HPolyhedron.make_box([-1.4], [1.4])
-    region = iris_zo(arm, Hyperellipsoid.make_hypersphere(0.01, [0.0]), line, coupled)
-    s = np.linspace(-1.4, 1.4, 400)[:, np.newaxis]
-    inside = region.point_in_set(s)
-    assert inside[200] and 0 < inside.sum() < 400
-    assert arm.check_configs_collision_free(coupled.parameterization(s[inside])).mean() >= 0.95
-    # In tangents of half angles lines are curves of angles.
-    tangents = replace(FAST, parameterization=lambda t: 2.0 * np.arctan(t))
-    box = HPolyhedron.make_box([-2.0, -2.0], [2.0, 2.0])
-    region = iris_zo(arm, ball([0.0, 0.0]), box, tangents, certificate=True)
-    t = np.random.default_rng(0).uniform(-2.0, 2.0, size=(2000, 2))
-    chosen = t[region.region.point_in_set(t)]
-    assert len(chosen) > 50
-    assert arm.check_configs_collision_free(2.0 * np.arctan(chosen)).mean() >= 0.95
-
-
-@pytest.mark.parametrize(
-    ("function", "message"),
-    [
-        (3, "parameterization must be a function, or None, not 3"),
-        (lambda s: s[:, :1], r"parameterization must return finite numbers \(1, 2\) of points"),
-        (lambda s: np.full((len(s), 2), np.nan), "parameterization must return finite numbers"),
-        (lambda s: "no", "parameterization must return finite numbers"),
-    ],
-)
-def test_parameterizations_that_make_no_sense_are_refused(arm, function, message):
-    """By what they return."""
-    with pytest.raises(RegionError, match=message):
-        iris_zo(arm, ball([0.0, 0.0]), DOMAIN, replace(FAST, parameterization=function))
-
-
-def test_parameterizations_are_for_one_region_alone(arm):
-    """Where seeds are configurations they are refused."""
-    options = replace(FAST, parameterization=lambda s: s)
-    with pytest.raises(RegionError, match="region_around: options have a parameterization"):
-        region_around(arm, [0.0, 0.0], DOMAIN, options)
-    with pytest.raises(RegionError, match="IrisFromCliqueCoverOptions: options have"):
-        IrisFromCliqueCoverOptions(iris_options=options)
-    with pytest.raises(RegionError, match="domain must be an HPolyhedron, not None"):
-        iris_zo(arm, ball([0.0, 0.0]), None, options)
 
 
 def test_collisions_of_a_test_are_removed(arm):

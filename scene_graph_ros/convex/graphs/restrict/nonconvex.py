@@ -59,17 +59,18 @@ def with_functions(
     best, least = list(start), (True, np.inf, np.inf)
     # No points of these sets that keep what is convex cost less than the first ones.
     bound = program.cost(start)
-    for trial in range(_TRIALS):
+    for trial, (away, is_near) in enumerate(_STARTS):
         if trial and problem.is_over is not None and problem.is_over():
             break
-        away = _BESIDE if least[0] else _AWAY
-        found, is_optimal = program.solve(
-            start if trial == 0 else program.near(start, away, generator)
-        )
+        if trial and least[0] and (away or not program.is_smooth):
+            away = _BESIDE
+        first = program.near(start, away, generator) if away else start
+        found, is_optimal = program.solve(first, is_near)
         worst = program.violation(found)
         rank = (not is_optimal, max(worst, _KEPT), program.cost(found))
         is_kept = is_optimal and worst <= _KEPT
-        is_same = is_kept and abs(rank[2] - least[2]) <= _SAME * abs(bound)
+        # The first two are of one start.
+        is_same = trial > 1 and is_kept and abs(rank[2] - least[2]) <= _SAME * abs(bound)
         is_same = is_same and rank[2] - bound <= _SOME * abs(bound)
         if rank < least:
             best, least = found, rank
@@ -85,14 +86,18 @@ def with_functions(
     if least[0] and least[1] <= _ACCEPTED:
         raise SolverError(
             f"GraphOfConvexSets.solve_convex_restriction: the points of a path of {len(path)}"
-            f" edges keep all constraints, but none of {_TRIALS} searches ended at a local optimum"
+            f" edges keep all constraints, but none of {len(_STARTS)} searches ended at a local"
+            " optimum"
         )
     return best
 
 
-_TRIALS = 5
+_BESIDE = 1e-4
+_STARTS = ((0.0, True), (0.0, False), (0.1, True), (0.1, True), (0.4, False))
 """From how many starts the best is taken; where functions are somebody's own, the first of these
-that leads to a local optimum."""
+that leads to a local optimum. Each is away from the convex program's points by a part of the half
+widths of sets, and is searched near itself or farther. Starts are just beside while no search
+ended well, as one that is lost from one point may end well from the next."""
 
 _SAME, _SOME = 1e-3, 0.1
 """Of a lower bound: two starts that end so near to each other, and to it, are enough."""
@@ -102,10 +107,6 @@ _LITTLE = 3e-2
 
 _KEPT, _ACCEPTED = 1e-8, 1e-7
 """By how much points may break something for a search to end, and to be kept at all."""
-
-_BESIDE, _AWAY = 1e-4, 0.4
-"""Of the half width of a set: how far from its point it is begun elsewhere. Beside it while no
-search ended well, as one that is lost from one point may end well from the next."""
 
 
 class _Program:
@@ -121,12 +122,15 @@ class _Program:
         self._count = ends[-1]
         self.is_smooth = is_smooth(problem, path, self._sets)
 
-    def solve(self, start: Sequence[np.ndarray]) -> tuple[list[np.ndarray], bool]:
+    def solve(self, start: Sequence[np.ndarray], is_near: bool) -> tuple[list[np.ndarray], bool]:
         """Solve from points; return others less their centres, and whether they are optimal."""
         first = np.zeros(self._count)
         for placed, at, x in zip(self._sets, self._slices, start, strict=True):
             first[at] = _variables_at(placed, x)
-        y, is_optimal = self._smooth.solve(first) if self.is_smooth else self._by_squares(first)
+        if self.is_smooth:
+            y, is_optimal = self._smooth.solve(first, is_near=is_near)
+        else:
+            y, is_optimal = self._by_squares(first)
         parts = zip(self._sets, self._slices, strict=True)
         return [placed.S @ y[at] for placed, at in parts], is_optimal
 
