@@ -252,7 +252,7 @@ def pocketed_solid(rng):
     else:
         bodies = [convex_body(shape_points(rng) @ rotation(rng).T)]
     turned = [False]
-    is_chain = rng.random() < 0.3
+    is_chain = not is_lattice and rng.random() < 0.4
     for _ in range(int(rng.integers(1, 4))):
         within = bodies[-1] if is_chain else bodies[0]
         bodies.append(convex_body(lattice_body(rng)) if is_lattice else pocket(rng, within))
