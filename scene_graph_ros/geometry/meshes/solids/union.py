@@ -206,7 +206,9 @@ def _united_group(
         cavity_of, reaching = cavities_among(points, members, bodies, tolerance)
         if reaching:
             at = points[members[reaching[0]].triangles].mean(axis=(0, 1))
-            repairs.append(_repair("cavities that reach out of their part cut off", len(reaching), at))
+            repairs.append(
+                _repair("cavities that reach out of their part cut off", len(reaching), at)
+            )
     hollow = np.array(cavity_of) >= 0
     oriented = np.where(hollow[label][:, None], triangles[:, ::-1], triangles)
     pressed = pressed_together(points, oriented, label, np.array(cavity_of), tolerance)
