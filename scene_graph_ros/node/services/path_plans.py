@@ -79,6 +79,7 @@ def plan(
         "group": wanted.group,
         "start_tolerance": float(limit("start_tolerance")),
         "start_overlap": wanted.start_overlap,
+        "constraints": wanted.constraints,
         "watch": watch,
     }
     fastest = _limits_of_fastest(goal.request, wanted)
@@ -138,9 +139,8 @@ def _planned(
     curves = np.stack([ends[:-1], ends[1:]], axis=1)
     if wanted.limits is not None:
         timed = motion or _timed(goal, wanted, wanted.limits, checker, found, limit)
-        timed = thinned(
-            timed, checker, wanted.limits, limit, partial(_look, goal, found, time.monotonic())
-        )
+        look = partial(_look, goal, found, time.monotonic())
+        timed = thinned(timed, checker, wanted.limits, limit, look, wanted.constraints)
         if timed.points is None or timed.trajectory is None:
             result.failure, result.reason = PlanPath.Result.NOT_TIMED, timed.reason or ""
             return None
@@ -176,6 +176,7 @@ def _timed(
         retimer=wanted.retimer,
         start_tolerance=float(limit("start_tolerance")),
         free_from=found.free_from,
+        constraints=wanted.constraints,
         timeout=patience,
         watch=partial(_look, goal, found, time.monotonic()),
     )
