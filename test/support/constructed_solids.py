@@ -7,6 +7,7 @@ side in front and behind are thrown away.
 
 from __future__ import annotations
 
+import itertools
 from typing import NamedTuple
 
 import numpy as np
@@ -18,11 +19,16 @@ __all__ = [
     "boundary",
     "distances",
     "inside",
+    "pocketed_solid",
     "random_solid",
+    "sharpness",
     "with_motes",
     "with_specks",
     "written",
 ]
+
+SHARPEST = 30.0
+"""The largest ``sharpness`` of a pocket."""
 
 STEP = 1e-8
 """Relative to the size: how far before and behind a piece sides are asked for."""
@@ -192,6 +198,71 @@ def random_solid(rng):
     R, scale, origin = rotation(rng), 10.0 ** rng.uniform(-3, 3), rng.normal(size=3)
     bodies = [moved(body, R, scale, origin) for body in bodies]
     return solid_of_bodies(bodies, turned, has_common_edges=how == "lattice")
+
+
+def sharpness(body):
+    """Return by how much more than its planes a corner of a body moves, when they move alike.
+
+    A corner of planes n that all move by one moves by the x of which each n . x is one; of those
+    that move three are enough.
+    """
+    worst = 1.0
+    for corner in body.vertices:
+        on = np.abs(body.normals @ corner - body.offsets) < 1e-9 * np.ptp(body.vertices)
+        for three in itertools.combinations(body.normals[on], min(3, np.count_nonzero(on))):
+            worst = max(worst, float(np.linalg.norm(np.linalg.pinv(np.array(three)).sum(axis=1))))
+    return worst
+
+
+def pocket(rng, outer):
+    """Return a hull in a body that has a face, an edge or a corner on one of the body's faces.
+
+    No corner is as sharp as a needle: needles would be told from rounding by luck.
+    """
+    while True:
+        found = pocket_of_any_form(rng, outer)
+        if sharpness(found) < SHARPEST:
+            return found
+
+
+def pocket_of_any_form(rng, outer):
+    """Return the hull of points of a face, or of one of its corners, and of points inside."""
+    face = rng.integers(len(outer.normals))
+    on = outer.vertices[np.abs(outer.vertices @ outer.normals[face] - outer.offsets[face]) < 1e-9]
+    mouth = rng.dirichlet(np.ones(len(on)), int(rng.integers(1, 6))) @ on
+    if rng.random() < 0.3:
+        mouth[0] = on[0]
+    middle = outer.vertices.mean(axis=0)
+    weights = rng.dirichlet(np.ones(len(outer.vertices)), int(rng.integers(3, 7)))
+    deep = middle + rng.uniform(0.2, 0.9) * (weights @ outer.vertices - middle)
+    points = np.vstack([mouth, deep])
+    return convex_body(points[np.unique(ConvexHull(points).simplices)])
+
+
+def pocketed_solid(rng):
+    """Return a solid of a body with cavities that are flush with its faces, and bodies beside it.
+
+    Cavities may overlap, and bodies be on the body's faces; or there are bodies in cavities, flush
+    with these, and so on.
+    """
+    is_lattice = rng.random() < 0.4
+    if is_lattice:
+        corners = [(x, y, z) for x in (0, 5) for y in (0, 5) for z in (0, 5)]
+        bodies = [convex_body(np.array(corners, dtype=float) / 3.0)]
+    else:
+        bodies = [convex_body(shape_points(rng) @ rotation(rng).T)]
+    turned = [False]
+    is_chain = not is_lattice and rng.random() < 0.4
+    for _ in range(int(rng.integers(1, 4))):
+        within = bodies[-1] if is_chain else bodies[0]
+        bodies.append(convex_body(lattice_body(rng)) if is_lattice else pocket(rng, within))
+        turned.append(not is_chain or not turned[-1])
+    if not is_lattice and rng.random() < 0.4:
+        bodies.append(convex_body(beside(rng, bodies[0], shape_points(rng) @ rotation(rng).T)))
+        turned.append(False)
+    R, scale, origin = rotation(rng), 10.0 ** rng.uniform(-3, 3), rng.normal(size=3)
+    bodies = [moved(body, R, scale, origin) for body in bodies]
+    return solid_of_bodies(bodies, turned, has_common_edges=is_lattice)
 
 
 def solid_of_bodies(bodies, turned, *, has_common_edges=False):

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import importlib.util
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
-from winding_truth import is_inside, raw_parts, solid_angles, without_pairs
+from winding_truth import is_inside, raw_parts, RawParts, solid_angles, without_pairs
 
-__all__ = ["disagreements", "robot_meshes", "truth"]
+__all__ = ["Comparison", "compared_sides", "robot_meshes", "truth"]
 
 PACKAGES = {
     "cmeel": "../cmeel.prefix/share/example-robot-data/robots",
@@ -24,6 +25,9 @@ PACKAGES = {
 SUFFIXES = (".stl", ".dae", ".obj", ".ply", ".glb")
 PAIRS = 400_000
 """Solid angles that are computed of one file."""
+
+OPEN = 0.25
+"""Of a turn: open parts that wind around a point by less leave it where closed ones have it."""
 
 GAP = 1e-6
 """Relative to the size: gaps that are closed (``repair_tolerance``)."""
@@ -71,14 +75,20 @@ def hollow_parts(parts):
         a, b, c = (parts.vertices[t[:, k]] - parts.vertices[t[0, 0]] for k in range(3))
         volumes.append(np.einsum("ij,ij->", a, np.cross(b, c)))
     result = set()
+    size = max((upper - lower).max() for lower, upper in boxes)
     for i, part in enumerate(parts.triangles):
-        middles = parts.vertices[part].mean(axis=1)
+        # Flush with a face, or out of it by no more than a gap that is closed, is inside.
+        a, b, c = (parts.vertices[part[:, k]] for k in range(3))
+        normals = np.cross(b - a, c - a)
+        areas = np.linalg.norm(normals, axis=1)
+        step = min(GAP * size, volumes[i] / (12.0 * areas.sum()))
+        middles = (a + b + c) / 3.0 - step * normals / np.maximum(areas, 1e-300)[:, None]
         around = [
             k
             for k, other in enumerate(parts.triangles)
             if volumes[k] > volumes[i]
-            and (boxes[k][0] <= boxes[i][0]).all()
-            and (boxes[k][1] >= boxes[i][1]).all()
+            and (boxes[k][0] <= boxes[i][0] + GAP * size).all()
+            and (boxes[k][1] >= boxes[i][1] - GAP * size).all()
             and (
                 solid_angles(middles[:: 1 + len(middles) // 60], parts.vertices, other) > 0.5
             ).all()
@@ -112,34 +122,47 @@ def has_hole(vertices, triangles):
 
 
 def truth(vertices, triangles, points, report):
-    """Return whether points are inside by the definition, or None where it says nothing.
+    """Return of points whether they are inside, and whether that is known, by the definition.
 
-    That is so for sheets, also where a hole is so small that they nearly wind around points; and
-    where parts can't be told: where edges of more than two triangles, none doubled, leave parts
-    that wind around points by fractions, and the file's triangles as written do so too, or some of
-    them run against the others.
+    Closed parts wind around points by whole numbers. Others are sheets, or are to be repaired:
+    where they all together wind by more than OPEN, the definition does not say enough, unless the
+    file's triangles as written wind around all points by whole numbers, and the report is of a
+    solid in which none of them was turned.
     """
     parts = raw_parts(vertices, triangles)
     if parts.is_whole:
-        return is_inside(points, parts, hollow_parts(parts))
+        return is_inside(points, parts, hollow_parts(parts)), np.ones(len(points), dtype=bool)
     # Parts that touch at edges are told by edges of two, once doubled triangles are gone.
-    single = without_pairs(vertices, triangles)
+    single, doubled = without_pairs(vertices, triangles)
     if not len(single):
-        return None  # all are doubled: whether they bound anything is a guess
+        # All are doubled: whether they bound anything is a guess.
+        return np.zeros(len(points), dtype=bool), np.zeros(len(points), dtype=bool)
     parts = raw_parts(vertices, single)
     numbers = [solid_angles(points, parts.vertices, part) for part in parts.triangles]
     # A part that runs both ways, once its doubled triangles are gone, winds around points by -1.
-    if all(is_clear(number) and number.min() > -0.5 for number in numbers):
-        if any(has_hole(parts.vertices, part) for part in parts.triangles):
-            return None
-        return is_inside(points, parts, hollow_parts(parts))
+    is_closed = [
+        bool(is_clear(number) and number.min() > -0.5 and not has_hole(parts.vertices, part))
+        for number, part in zip(numbers, parts.triangles, strict=True)
+    ]
     is_turned = any(repair.kind == "triangles turned" for repair in report.repairs)
-    if is_turned or not report.is_closed:
-        return None
-    numbers = solid_angles(points, vertices, triangles)
-    a, b, c = (vertices[triangles[:, k]] - vertices[triangles[0, 0]] for k in range(3))
-    numbers *= np.sign(np.einsum("ij,ij->", a, np.cross(b, c)))
-    return numbers > 0.5 if is_clear(numbers) and numbers.min() > -0.5 else None
+    if not all(is_closed) and report.is_closed and not is_turned:
+        whole = solid_angles(points, vertices, triangles)
+        a, b, c = (vertices[triangles[:, k]] - vertices[triangles[0, 0]] for k in range(3))
+        whole *= np.sign(np.einsum("ij,ij->", a, np.cross(b, c)))
+        if is_clear(whole) and whole.min() > -0.5:
+            return whole > 0.5, np.ones(len(points), dtype=bool)
+    closed = RawParts(
+        parts.vertices,
+        [part for part, keep in zip(parts.triangles, is_closed, strict=True) if keep],
+        [way for way, keep in zip(parts.ways, is_closed, strict=True) if keep],
+        is_whole=True,
+    )
+    if all(is_closed):
+        return is_inside(points, closed, hollow_parts(closed)), np.ones(len(points), dtype=bool)
+    rest = solid_angles(points, vertices, doubled, is_absolute=True)
+    for number, keep in zip(numbers, is_closed, strict=True):
+        rest += 0.0 if keep else np.abs(number)
+    return is_inside(points, closed, hollow_parts(closed)), rest < OPEN
 
 
 def is_clear(numbers):
@@ -147,12 +170,22 @@ def is_clear(numbers):
     return np.abs(numbers - np.round(numbers)).max() < 0.02
 
 
-def disagreements(rng, surface, vertices, triangles, signed_distance):
-    """Return points (k, 3) with another side than by definition; None where that is unknown."""
+class Comparison(NamedTuple):
+    """Sides of points as a mesh's surface and as the definition has them."""
+
+    wrong: np.ndarray
+    """(k, 3): points with another side than by definition."""
+    compared: int
+    """How many points have a side by definition."""
+    inside: int
+    """How many of these are inside."""
+
+
+def compared_sides(rng, surface, vertices, triangles, signed_distance):
+    """Compare sides at points in and around a mesh, as many as PAIRS allows."""
     points = sample_points(rng, vertices, triangles)
-    wanted = truth(vertices, triangles, points, surface.report)
-    if wanted is None:
-        return None
+    wanted, is_known = truth(vertices, triangles, points, surface.report)
     phi = signed_distance(points)
     size = float(np.ptp(vertices[triangles].reshape(-1, 3), axis=0).max())
-    return points[((phi < 0.0) != wanted) & (np.abs(phi) > 2e-6 * size)]
+    wrong = is_known & ((phi < 0.0) != wanted) & (np.abs(phi) > 2e-6 * size)
+    return Comparison(points[wrong], int(is_known.sum()), int((wanted & is_known).sum()))

@@ -30,8 +30,11 @@ class RawParts(NamedTuple):
     """Whether each edge is of two triangles: nothing has to be repaired or guessed."""
 
 
-def solid_angles(points, vertices, triangles):
-    """Return winding numbers of (n, 3) points by solid angles (van Oosterom, Strackee 1983)."""
+def solid_angles(points, vertices, triangles, *, is_absolute=False):
+    """Return winding numbers of (n, 3) points by solid angles (van Oosterom, Strackee 1983).
+
+    Or, absolute, by how much the triangles wind around them whichever way each of them runs.
+    """
     corners = vertices[triangles]
     result = np.zeros(len(points))
     step = max(1, CHUNK // max(1, len(triangles)))
@@ -41,7 +44,9 @@ def solid_angles(points, vertices, triangles):
         sine = np.einsum("nij,nij->ni", a, np.cross(b, c))
         cosine = la * lb * lc + lc * np.einsum("nij,nij->ni", a, b)
         cosine += la * np.einsum("nij,nij->ni", b, c) + lb * np.einsum("nij,nij->ni", c, a)
-        result[start : start + step] = np.arctan2(sine, cosine).sum(axis=1) / (2.0 * np.pi)
+        angles = np.arctan2(sine, cosine)
+        angles = np.abs(angles) if is_absolute else angles
+        result[start : start + step] = angles.sum(axis=1) / (2.0 * np.pi)
     return result
 
 
@@ -86,11 +91,16 @@ def raw_parts(vertices, triangles):
 
 
 def without_pairs(vertices, triangles):
-    """Leave out triangles with the same corners in pairs: they bound nothing, or a common wall."""
+    """Return the triangles without those with the same corners in pairs, and these.
+
+    They bound nothing, or are a common wall.
+    """
     _, inverse = np.unique(vertices + 0.0, axis=0, return_inverse=True)
     rows = np.sort(inverse.reshape(-1)[triangles], axis=1)
     found = np.unique(rows, axis=0, return_index=True, return_counts=True)
-    return triangles[np.sort(found[1][found[2] % 2 == 1])]
+    is_kept = np.zeros(len(triangles), dtype=bool)
+    is_kept[found[1][found[2] % 2 == 1]] = True
+    return triangles[is_kept], triangles[~is_kept]
 
 
 def is_inside(points, parts, hollow=()):

@@ -1,7 +1,8 @@
 """Bodies for ``manifold3d``, and the boundary of their union, but for cavities.
 
-With U_k the points in k or more of the others and V_k those in k or more cavities, the solid is
-the union of all U_k - V_k.
+Cavities are taken out of their parts first. Points in m cavities of one part then wind m - 1 times
+less than they do around the rest of it. With U_k the points in k or more of those parts, and V_k
+those that wind k times less or more, the solid is the union of all U_k - V_k.
 """
 
 from __future__ import annotations
@@ -21,16 +22,18 @@ __all__ = ["bodies_of", "boundary_of"]
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+_TOUCHING = 1e-9
+"""Relative to a body's volume: as much it has in common with another one that it only touches."""
 
-def boundary_of(bodies: Sequence[Any], hollow: list[bool]) -> tuple[FloatArray, IntArray]:
+
+def boundary_of(bodies: Sequence[Any], cavity_of: Sequence[int]) -> tuple[FloatArray, IntArray]:
     """Return the boundary, points (v, 3) and triangles (m, 3), of the solid of manifolds.
 
-    ``hollow`` tells of each whether it is a cavity.
+    ``cavity_of`` has for each the body that it is a cavity of, or -1.
     """
     import manifold3d
 
-    solids = [body for body, is_hollow in zip(bodies, hollow, strict=True) if not is_hollow]
-    hollows = [body for body, is_hollow in zip(bodies, hollow, strict=True) if is_hollow]
+    solids, hollows = _hollowed(bodies, cavity_of)
     whole = manifold3d.Manifold.batch_boolean(solids, manifold3d.OpType.Add)
     if hollows:
         out = _levels(hollows, len(hollows))
@@ -44,6 +47,23 @@ def boundary_of(bodies: Sequence[Any], hollow: list[bool]) -> tuple[FloatArray, 
     points = np.array(mesh.vert_properties[:, :3], dtype=np.float64)
     triangles = np.array(mesh.tri_verts, dtype=np.int64).reshape(-1, 3)
     return points, triangles
+
+
+def _hollowed(bodies: Sequence[Any], cavity_of: Sequence[int]) -> tuple[list[Any], list[Any]]:
+    """Return the bodies without their cavities, and of each what is in k of these, k > 1."""
+    import manifold3d
+
+    solids, common = [], []
+    for k, of in enumerate(cavity_of):
+        own = [body for body, parent in zip(bodies, cavity_of, strict=True) if parent == k]
+        if of < 0:
+            cut = manifold3d.OpType.Subtract
+            solids.append(manifold3d.Manifold.batch_boolean([bodies[k], *own], cut))
+        elif own:
+            common += own
+        least = _TOUCHING * min((body.volume() for body in own), default=0.0)
+        common += [both for both in _levels(own, len(own))[1:] if abs(both.volume()) > least]
+    return solids, common
 
 
 def bodies_of(vertices: FloatArray, members: list[Part], nested: list[bool]) -> list[Any]:
@@ -73,8 +93,8 @@ def _body(vertices: FloatArray, part: Part) -> Any:
 
 def _beside(bodies: Sequence[Any], others: Sequence[Any]) -> list[Any]:
     """Return the bodies whose boxes meet the box of any other one."""
-    own = np.array([body.bounding_box() for body in bodies])
-    boxes = np.array([body.bounding_box() for body in others])
+    own = np.array([body.bounding_box() for body in bodies]).reshape(-1, 6)
+    boxes = np.array([body.bounding_box() for body in others]).reshape(-1, 6)
     is_below = (own[:, None, :3] <= boxes[None, :, 3:]).all(axis=2)
     is_above = (own[:, None, 3:] >= boxes[None, :, :3]).all(axis=2)
     rows = np.unique(np.nonzero(is_below & is_above)[0])

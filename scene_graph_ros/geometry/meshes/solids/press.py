@@ -3,6 +3,9 @@
 Faces of two parts that touch are apart, or overlap, by the rounding of their coordinates: to
 float64 in a turned mesh, to float32 in most files. Each of two such faces is moved outwards by
 half of the gap, and by PRESSED, which is less than the promised accuracy: then the parts overlap.
+
+A face of a cavity that lies on one of the part that it is a cavity of is a mouth: there it is
+moved out of that part, so that no skin is left over the mouth.
 """
 
 from __future__ import annotations
@@ -134,16 +137,38 @@ def _uniform_parts(part, tree):
     return result
 
 
-@kernel
-def _gaps(vertices, triangles, part, normals, lower, upper, tree, least, most, shared):
-    """Return (gaps, pairs): of each triangle (m,) the largest one, and how many are not rounding.
+@lean_kernel
+def _note_gap(gaps, mouths, of, part, t, s, gap):
+    """Note the gap between two triangles, or at mouths; return whether it is between solids.
 
-    Boxes (m, 3) and their tree are as much larger than triangles as the largest gap.
+    ``of`` (n,) is the part that each part is a cavity of, or -1. Two cavities of one part open
+    into each other.
+    """
+    one, other = part[t], part[s]
+    are_both = of[one] >= 0 and of[one] == of[other]
+    is_one, is_other = are_both or of[one] == other, are_both or of[other] == one
+    if is_one:
+        mouths[t] = min(mouths[t], gap)
+    if is_other:
+        mouths[s] = min(mouths[s], gap)
+    if is_one or is_other:
+        return False
+    gaps[t], gaps[s] = max(gaps[t], gap), max(gaps[s], gap)
+    return True
+
+
+@kernel
+def _gaps(vertices, triangles, part, of, normals, lower, upper, tree, least, most, shared):
+    """Return (gaps, mouths, pairs): of triangles (m,) the largest gap, and how many have a slit.
+
+    ``mouths`` (m,) are the least gaps of a cavity's triangles, else inf. Boxes (m, 3) and their
+    tree are as much larger than triangles as the largest gap.
     """
     node_lower, node_upper, left, right, order = tree
     uniform = _uniform_parts(part, tree)
     ones, others = traversal_stack(), traversal_stack()
     gaps = np.full(len(triangles), -np.inf)
+    mouths = np.full(len(triangles), np.inf)
     pairs = 0
     for node in range(len(left)):
         # What is below one child against what is below the other.
@@ -174,18 +199,23 @@ def _gaps(vertices, triangles, part, normals, lower, upper, tree, least, most, s
                     if not boxes_meet(t, s, lower, upper):
                         continue
                     gap = gap_between(vertices, triangles, normals, t, s, least, most, shared)
-                    gaps[t], gaps[s] = max(gaps[t], gap), max(gaps[s], gap)
-                    pairs += gap > -least
-    return gaps, pairs
+                    if gap >= least:
+                        pairs += _note_gap(gaps, mouths, of, part, t, s, gap) and gap > -least
+    return gaps, mouths, pairs
 
 
 def pressed_together(
-    vertices: FloatArray, triangles: IntArray, part: IntArray, tolerance: float
+    vertices: FloatArray,
+    triangles: IntArray,
+    part: IntArray,
+    cavity_of: IntArray,
+    tolerance: float,
 ) -> Pressed:
     """Move (v, 3) vertices where triangles (m, 3) of different parts (m,) face each other.
 
-    ``tolerance`` is the largest gap that is closed, metres. Each part has vertices of its own, and
-    its triangles run counter-clockwise seen from outside of the solid.
+    ``cavity_of`` (n,) is the part that each part is a cavity of, or -1, and ``tolerance`` is the
+    largest gap that is closed, metres. Each part has vertices of its own, and its triangles run
+    counter-clockwise seen from outside of the solid.
     """
     corners = vertices[triangles]
     size = float(np.abs(corners).max())
@@ -197,17 +227,23 @@ def pressed_together(
     by = PRESSED * size
     # What overlaps by as much as pressing leaves needs none.
     least = -2.0 * by
-    arrays = (np.array(a, order="C") for a in (vertices, triangles, part, normals, lower, upper))
-    gaps, slits = _gaps(*arrays, tree, least, most, max(SHARED * size, tolerance))
-    rows = np.flatnonzero(gaps >= least)
+    given = (vertices, triangles, part, cavity_of, normals, lower, upper)
+    arrays = (np.array(a, order="C") for a in given)
+    gaps, mouths, slits = _gaps(*arrays, tree, least, most, max(SHARED * size, tolerance))
+    steps = np.where(gaps >= least, 0.5 * np.maximum(gaps, 0.0) + by, 0.0)
+    # A mouth reaches further out than its part's faces are moved.
+    out = np.zeros(len(cavity_of))
+    np.maximum.at(out, part, steps)
+    reach = out[cavity_of[part]] + 2.0 * by
+    steps = np.where(mouths <= reach, np.minimum(mouths, reach) - reach, steps)
+    rows = np.flatnonzero(steps)
     if not len(rows):
         return Pressed(vertices, 0, vertices[:0], 0.0, tree)
-    steps = 0.5 * np.maximum(gaps[rows], 0.0) + by
-    at = moved(vertices, triangles[rows], normals[rows], steps)
+    at = moved(vertices, triangles[rows], normals[rows], steps[rows])
     is_around = bool(np.abs(at - vertices).max() < 0.5 * most)
     return Pressed(
         at,
-        slits,
+        int(slits),
         vertices[triangles[gaps.argmax(), 0]],
         float(gaps.max()),
         tree if is_around else None,

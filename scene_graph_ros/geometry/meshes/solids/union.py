@@ -200,18 +200,25 @@ def _united_group(
                 return _resolved_group(points, triangles, of)
             return _Piece(points, triangles, [])
         return _resolved_group(points, triangles, of, crossing)
-    hollow = [False] * len(members)
+    cavity_of = [-1] * len(members)
     if may_have_cavities(members):
-        hollow = cavities_among(points, members, bodies_of(points, members, nested))
-    oriented = np.where(np.array(hollow)[label][:, None], triangles[:, ::-1], triangles)
-    pressed = pressed_together(points, oriented, label, tolerance)
+        bodies = bodies_of(points, members, nested)
+        cavity_of, reaching = cavities_among(points, members, bodies, tolerance)
+        if reaching:
+            at = points[members[reaching[0]].triangles].mean(axis=(0, 1))
+            repairs.append(
+                _repair("cavities that reach out of their part cut off", len(reaching), at)
+            )
+    hollow = np.array(cavity_of) >= 0
+    oriented = np.where(hollow[label][:, None], triangles[:, ::-1], triangles)
+    pressed = pressed_together(points, oriented, label, np.array(cavity_of), tolerance)
     points = pressed.vertices
     if pressed.slits:
         kind = "slits pressed together"
         repairs.append(_repair(kind, pressed.slits, pressed.point, pressed.widest))
     crossing, given = None, (points, oriented)
     try:
-        united = _by_library(bodies_of(points, members, nested), hollow, Corners(points, of))
+        united = _by_library(bodies_of(points, members, nested), cavity_of, Corners(points, of))
         _hold_to_winding(given, united[:2], pressed.tree)
         crossing = first_crossing(*united[:2]) if resolve else None
         is_resolved = crossing is not None
@@ -304,11 +311,11 @@ def _resolved_group(
     return piece
 
 
-def _by_library(bodies: Sequence[Any], hollow: list[bool], corners: Corners) -> _Piece:
+def _by_library(bodies: Sequence[Any], cavity_of: list[int], corners: Corners) -> _Piece:
     """Return the boundary of the solid of manifolds, some of which are cavities."""
     if any(body is None for body in bodies):
         raise _NotUnitedError("manifold3d refuses a part")
-    return _collapsed(*boundary_of(bodies, hollow), corners)
+    return _collapsed(*boundary_of(bodies, cavity_of), corners)
 
 
 def _collapsed(points: FloatArray, triangles: IntArray, corners: Corners) -> _Piece:
