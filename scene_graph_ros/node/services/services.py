@@ -105,7 +105,7 @@ class Services:
         for name in EDITS:
             self._offer(name, self._at_once(name, self._edit_callback(name)), is_exclusive=True)
         self._offer("ListEffects", self._at_once("ListEffects", self._list_effects))
-        self._plans = PlanAction(
+        self.plans = PlanAction(
             host,
             world,
             self._loop,
@@ -121,9 +121,9 @@ class Services:
 
     def close(self) -> None:
         """Stop offering the services."""
-        self._plans.close()
+        self.plans.close()
         self._loop.close()
-        self._plans.destroy()
+        self.plans.destroy()
 
     def _offer(self, name: str, answer: Answer, *, is_exclusive: bool = False) -> None:
         kind = getattr(scene_graph_msgs.srv, name)
