@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from msg_adapters.errors import MessageError
+from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.node.world.planning_robots import PlanningRobots
@@ -23,6 +24,8 @@ __all__ = ["Ghost", "Reached", "moved_geometries"]
 
 _REACHED = 1e-9
 """m and rad: the link is where it was dragged."""
+
+_ROLES = (Role.ILLUSTRATION, Role.PROXIMITY, Role.PERCEPTION)
 
 _MOST_COLLISIONS = 8
 """Pairs that are told, the deepest."""
@@ -41,7 +44,7 @@ class Reached(NamedTuple):
     collisions: tuple[tuple[str, str, float], ...]
     """Names of geometries that would collide, and how deep (m); the deepest first."""
     colliding: tuple[int, ...]
-    """Ids of all of these."""
+    """Ids of all of these, and of what else their links have, such as what people are to see."""
 
 
 class Ghost:
@@ -128,7 +131,22 @@ class Ghost:
                 pairs[:_MOST_COLLISIONS], near.distance[order], strict=False
             )
         )
-        return told, tuple(np.unique(pairs).tolist())
+        return told, self._with_their_links({int(i) for i in pairs.ravel()})
+
+    def _with_their_links(self, ids: set[int]) -> tuple[int, ...]:
+        """Return ids of geometries, and of all others on the same links."""
+        inspector = self.snapshot.inspector
+        carried = self.robots.carried(self.snapshot.query.snapshot)
+        frames = {int(inspector.get_frame_id(GeometryId(i))) for i in ids} & {
+            int(frame) for frame in carried
+        }
+        more = (
+            int(i)
+            for role in _ROLES
+            for i in inspector.get_all_geometry_ids(role)
+            if int(inspector.get_frame_id(i)) in frames
+        )
+        return tuple(sorted(ids.union(more)))
 
     def geometries(self) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
         """Return ids ``(n,)`` of what the dragged joints carry, and poses ``(n, 4, 4)`` in W."""
@@ -150,8 +168,7 @@ def moved_geometries(
     carried = robots.carried(core)
     moves = _moved_links(robots, moving)
     X_WL = robots.tree.link_poses(q)
-    roles = (Role.ILLUSTRATION, Role.PROXIMITY, Role.PERCEPTION)
-    found = {int(i): i for role in roles for i in inspector.get_all_geometry_ids(role)}
+    found = {int(i): i for role in _ROLES for i in inspector.get_all_geometry_ids(role)}
     ids, poses = [], []
     for number, geometry in sorted(found.items()):
         link, X_LF = carried.get(inspector.get_frame_id(geometry), (-1, None))

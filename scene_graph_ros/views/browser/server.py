@@ -43,7 +43,7 @@ MAX_PAGES = 16
 """Pages and other clients at a time; more are answered that there are too many."""
 
 _MAX_WISH_BYTES = 1024
-_MAX_WISHES_PER_SECOND = 20.0
+_MAX_WISHES_PER_SECOND = 40.0
 """A page has little to say. One that says more is cut off."""
 
 _MAX_REQUEST_BYTES = 1 << 15
