@@ -42,13 +42,14 @@ class PageExecution:
     def begin(self, trajectory: JointTrajectory, now: int) -> None:
         """Have a motion begin now (ns). Raises UnavailableError while another one goes on."""
         with self._lock:
-            left = self._seconds_left(now)
-            if left > 0.0:
-                raise UnavailableError(
-                    f"another motion is executed for {left:.1f} s: wait for its end, or replace it"
-                )
+            self._require_rest(now)
             trajectory.header.stamp = stamp_to_msg(now)
             self._publish(trajectory)
+
+    def require_rest(self, now: int) -> None:
+        """Raise UnavailableError while a motion goes on."""
+        with self._lock:
+            self._require_rest(now)
 
     def replace(self, trajectory: JointTrajectory, before: JointTrajectory) -> None:
         """Have a motion go on in place of another. Raises UnavailableError for a third one."""
@@ -62,15 +63,17 @@ class PageExecution:
         with self._lock:
             return self._last if self._seconds_left(now) > 0.0 else None
 
-    def seconds_left(self, now: int) -> float:
-        """Return how long it goes on, 0 where there is none."""
-        with self._lock:
-            return self._seconds_left(now)
-
     def close(self) -> None:
         """Stop being advertised."""
         self._node.destroy_publisher(self._publisher)
         self._host.publishers_changed()
+
+    def _require_rest(self, now: int) -> None:
+        left = self._seconds_left(now)
+        if left > 0.0:
+            raise UnavailableError(
+                f"another motion is executed for {left:.1f} s: wait for its end, or replace it"
+            )
 
     def _seconds_left(self, now: int) -> float:
         last: Any = self._last

@@ -230,6 +230,7 @@ class PageWork:
         execution, plan, ghost = self._some_execution(), self._plan, self._some_ghost()
         if plan is None or plan.number != request.plan:
             raise MessageError(f"there is no plan {request.plan} any more")
+        execution.require_rest(self._now())
         plan.require_executable(snapshot, self._host, ghost.group, self._now())
         execution.begin(plan.trajectory, self._now())
 

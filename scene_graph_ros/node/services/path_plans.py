@@ -62,22 +62,44 @@ def plan(
     """
     begin, core = time.monotonic(), snapshot.query.snapshot
     robots = snapshot.robots.planning(core, snapshot.bases)
-    wanted = checked_goal(goal.request, robots, snapshot, limit, clock())
-    timeout = patience(goal.request.timeout, limit)
-    if wanted.replaced is not None:
-        timeout = min(timeout, max(wanted.replaced.seconds_left(clock()), 0.0))
+    wanted: PlanGoal | None = checked_goal(goal.request, robots, snapshot, limit, clock())
+    assert wanted is not None
     result = PlanPath.Result(
         status=ok_status(),
         scene_version=snapshot.scene_version,
         stamp=stamp_to_msg(snapshot.stamp),
     )
+    path, checker = None, robots.checker(core, **wanted.paddings)
+    try:
+        while path is None and wanted is not None:
+            path = _search(goal, robots, wanted, checker, result, limit, clock)
+            is_untimed = result.failure == PlanPath.Result.NOT_TIMED
+            wanted = wanted.later(clock()) if is_untimed else None
+    except CancelledError as cancelled:
+        result.failure, result.reason = PlanPath.Result.CANCELED, str(cancelled)
+    result.seconds = time.monotonic() - begin
+    return result, path
+
+
+def _search(
+    goal: Goal,
+    robots: PlanningRobots,
+    wanted: PlanGoal,
+    checker: SceneGraphCollisionChecker,
+    result: Any,
+    limit: Callable[[str], Any],
+    clock: Callable[[], int],
+) -> PlannedPath | None:
+    """Return the path of a goal, and fill the result. Raises CancelledError."""
 
     def watch(progress: PlanProgress) -> None:
         if goal.is_cancelled:
             raise CancelledError.of_search(progress)
         goal.tell(_feedback(progress))
 
-    path, checker = None, robots.checker(core, **wanted.paddings)
+    timeout = patience(goal.request.timeout, limit)
+    if wanted.replaced is not None:
+        timeout = min(timeout, max(wanted.replaced.seconds_left(clock()), 0.0))
     how: dict[str, Any] = {
         "seed": goal.request.seed,
         "timeout": timeout,
@@ -86,28 +108,20 @@ def plan(
         "start_overlap": wanted.start_overlap,
         "watch": watch,
     }
-    fastest = _limits_of_fastest(goal.request, wanted)
-    try:
-        motion = None
-        if fastest is None:
-            found = plan_path(checker, wanted.start, wanted.goals, **how)
-        else:
-            rates = wanted.start_rates
-            motion = plan_trajectory(checker, wanted.start, wanted.goals, fastest, **rates, **how)
-            assert motion.plan is not None
-            found = motion.plan
-        _tell(found, result)
-        if found.is_success:
-            result.path = configurations_to_msg(
-                robots.positions, found.configurations, wanted.moving
-            )
-            path = _planned(goal, robots, wanted, checker, found, motion, result, limit)
-            if path is not None and _is_unusable(result, wanted, limit, clock()):
-                path = None
-    except CancelledError as cancelled:
-        result.failure, result.reason = PlanPath.Result.CANCELED, str(cancelled)
-    result.seconds = time.monotonic() - begin
-    return result, path
+    fastest, motion = _limits_of_fastest(goal.request, wanted), None
+    if fastest is None:
+        found = plan_path(checker, wanted.start, wanted.goals, **how)
+    else:
+        rates = wanted.start_rates
+        motion = plan_trajectory(checker, wanted.start, wanted.goals, fastest, **rates, **how)
+        assert motion.plan is not None
+        found = motion.plan
+    _tell(found, result)
+    if not found.is_success:
+        return None
+    result.path = configurations_to_msg(robots.positions, found.configurations, wanted.moving)
+    path = _planned(goal, robots, wanted, checker, found, motion, result, limit)
+    return None if path is None or _is_unusable(result, wanted, limit, clock()) else path
 
 
 def _is_unusable(result: Any, wanted: PlanGoal, limit: Callable[[str], Any], now: int) -> bool:
@@ -172,7 +186,7 @@ def _planned(
             wanted.limits,
             limit,
             partial(_look, goal, found, time.monotonic()),
-            others=0 if replaced is None else len(replaced.points.nanoseconds) - 1,
+            others=0 if replaced is None else len(replaced.rest().nanoseconds) - 1,
         )
         if timed.points is None or timed.trajectory is None:
             result.failure, result.reason = PlanPath.Result.NOT_TIMED, timed.reason or ""
@@ -257,6 +271,7 @@ def _tell(found: Plan, result: Any) -> None:
     if found.failure is not None:
         result.failure, result.reason = found.failure.value, found.reason or ""
         return
-    result.failure, result.goal = PlanPath.Result.NONE, found.goal or 0
+    result.failure, result.reason = PlanPath.Result.NONE, ""
+    result.goal = found.goal or 0
     result.least_clearance, result.length = found.least_clearance, found.length
     result.free_from = found.free_from

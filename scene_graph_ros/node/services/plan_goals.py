@@ -77,6 +77,18 @@ class PlanGoal(NamedTuple):
     replaced: Replaced | None
     """The trajectory that it goes on from."""
 
+    def later(self, now: int) -> PlanGoal | None:
+        """Return the same goal with a later start on the trajectory that it goes on from.
+
+        ``now`` is the node's time, ns. None where there is no later one.
+        """
+        replaced = None if self.replaced is None else self.replaced.later(now)
+        if replaced is None:
+            return None
+        start = self.start.copy()
+        start[replaced.rows] = replaced.state(0, len(start))[replaced.rows]
+        return self._replace(start=start, replaced=replaced)
+
     @property
     def start_rates(self) -> dict[str, NDArray[np.float64] | None]:
         """How it begins to move, as `time_path` takes it: ``(nq,)``, or None for rest."""

@@ -24,30 +24,65 @@ _FOLLOWED = 0.1
 """rad or m: how far from its trajectory a robot may be that executes it."""
 
 
+_REST = 1e-6
+"""rad/s or m/s: slower is rest."""
+
+_STEP = 100_000_000
+"""ns, at least, from one switch that is tried to the next."""
+
+
 class Replaced(NamedTuple):
-    """A trajectory that is being executed, up to where another one goes on."""
+    """A trajectory that is being executed, and when another one goes on from it."""
 
     rows: NDArray[np.intp]
     """``(k,)``: of its joints' positions in a configuration."""
     points: TrajectoryPoints
-    """``(m, k)``: the last that is due by now, those up to the switch, and the switch."""
-    begin: int
-    """ns of the node's clock: when its time is 0."""
+    """``(m, k)``."""
     curve: PiecewisePolynomial
-    """Of these positions, s from then on."""
-    at: float
-    """s from then on: the switch."""
+    """Through these, s."""
+    begin: int
+    """ns of the node's clock: when its time was 0."""
+    due: int
+    """ns from then on: when the goal's turn had come."""
+    after: int
+    """ns from the search to the switch, at least."""
+    at: int
+    """ns from then on: the switch."""
 
     def state(self, order: int, size: int) -> NDArray[np.float64]:
         """Return a derivative at the switch, ``(nq,)``; 0 of all other positions."""
         result = np.zeros(size)
         curve = self.curve.derivative(order) if order else self.curve
-        result[self.rows] = curve.value(self.at)
+        # It ends at rest, but for rounding.
+        if order == 0 or self.at < self.points.nanoseconds[-1]:
+            result[self.rows] = curve.value(self.at * 1e-9)
         return result
 
     def seconds_left(self, now: int) -> float:
         """Return the time from ``now`` (ns) to the switch, s; negative when that is over."""
-        return self.at - (now - self.begin) * 1e-9
+        return (self.at - (now - self.begin)) * 1e-9
+
+    def later(self, now: int) -> Replaced | None:
+        """Return the next switch that is tried at a time (ns); None after the trajectory's end."""
+        end = int(self.points.nanoseconds[-1])
+        if self.at >= end:
+            return None
+        return self._replace(at=min(max(self.at + _STEP, now - self.begin + self.after), end))
+
+    def rest(self) -> TrajectoryPoints:
+        """Return the points from the last one that was due up to the switch, which is the last."""
+        times = self.points.nanoseconds
+        first = max(int(np.searchsorted(times, self.due, side="right")) - 1, 0)
+        rows = np.arange(first, int(np.searchsorted(times, self.at, side="left")))
+        parts = []
+        for order, name in enumerate(("positions", "velocities", "accelerations")):
+            values = getattr(self.points, name)
+            if values is None:
+                parts.append(None)
+                continue
+            end = self.state(order, int(self.rows.max()) + 1)[self.rows]
+            parts.append(np.concatenate([values[rows], end[np.newaxis]]))
+        return TrajectoryPoints(np.append(times[rows], self.at), *parts)
 
 
 def replaced_trajectory(
@@ -81,7 +116,9 @@ def replaced_trajectory(
             f"{field} ended {(due - times[-1]) * 1e-9:.3f} s ago: leave it empty, and the plan"
             " begins at rest"
         )
-    return Replaced(rows, _up_to(points, due, at), begin, points.trajectory(), at * 1e-9)
+    if points.velocities is not None and np.abs(points.velocities[-1]).max() > _REST:
+        raise MessageError(f"{field}.points end in motion: a robot has to come to rest")
+    return Replaced(rows, points, points.trajectory(), begin, due, after, at)
 
 
 def _require_fitting(request: Any) -> None:
@@ -153,7 +190,7 @@ def joined(
     ``points`` are of the positions ``rows`` ``(k,)`` with ``names``, from the switch on. A joint
     that only one of both moves stands still in the other.
     """
-    before = replaced.points
+    before = replaced.rest()
     count = len(before.nanoseconds) - 1
     columns = {int(row): k for k, row in enumerate(replaced.rows)}
     parts = []
@@ -200,19 +237,3 @@ def _rows(
                 f"start has {quoted(name)}, and so has executing: it is where that has it"
             )
     return np.array(list(found), dtype=np.intp)
-
-
-def _up_to(points: TrajectoryPoints, due: int, at: int) -> TrajectoryPoints:
-    """Return the points from the last one that is due to a time (ns), which is the last one."""
-    times, curve = points.nanoseconds, points.trajectory()
-    first = max(int(np.searchsorted(times, due, side="right")) - 1, 0)
-    rows = np.arange(first, int(np.searchsorted(times, at, side="left")))
-    parts = []
-    for order, name in enumerate(("positions", "velocities", "accelerations")):
-        values = getattr(points, name)
-        if values is None:
-            parts.append(None)
-            continue
-        end = (curve.derivative(order) if order else curve).value(at * 1e-9)
-        parts.append(np.concatenate([values[rows], end[np.newaxis]]))
-    return TrajectoryPoints(np.append(times[rows], at), *parts)
