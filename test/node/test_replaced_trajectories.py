@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import re
 
 from builtin_interfaces.msg import Duration
 import numpy as np
@@ -166,8 +167,6 @@ def test_what_can_t_be_replaced_is_refused(action, client, first, what, words):
     """Naming the field and its value; the node goes on."""
     result, _ = Sent(action, **wrong(client, first, what)).end()
     assert result.status.code != Status.OK, (result.failure, result.reason)
-    import re
-
     assert re.search(words, result.status.message), result.status.message
 
 
