@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 import time
 
 from browser_page import PageClient
@@ -232,10 +234,10 @@ def test_without_a_link_there_is_nothing_to_ask_for(page):
         assert page.refusal(motion, **fields) == "no link is held"
 
 
-def planned(page, position, rotation):
+def planned(page, position, rotation, scaling=0.5):
     """Drag the hand somewhere, and have a motion planned."""
     assert page.drag(position, rotation)["collisions"] == []
-    page.ask("plan", scaling=0.5, replaces=False)
+    page.ask("plan", scaling=scaling, replaces=False)
     page.take_until(lambda: page.plan["plan"] or page.motion["reason"])
     assert page.plan["plan"], page.motion["reason"]
     return page.plan
@@ -261,6 +263,10 @@ def test_a_motion_is_planned_shown_and_executed(page, robot, model):
     assert "there is no plan" in page.refusal("execute", plan=plan["plan"] + 1)
     page.ask("execute", plan=plan["plan"])
     wait_until(lambda: robot.heard.count > before, "the trajectory")
+    page.until(lambda m: m["executing"])
+    # On a machine that is busy it may have ended by then.
+    reason = page.refusal("execute", plan=plan["plan"])
+    assert re.match("another motion is executed|the motion begins with", reason)
     names, points = joint_trajectory_from_msg(robot.heard.newest)
     assert len(points.nanoseconds) <= PARAMETERS["max_trajectory_points"]
     assert points.accelerations is not None
@@ -271,9 +277,8 @@ def test_a_motion_is_planned_shown_and_executed(page, robot, model):
     full = np.tile(tree.zero_configuration(), (200, 1))
     full[:, [tree.position_index(name) for name in NAMES]] = q
     assert SceneGraphCollisionChecker(model).check_configs_collision_free(full).all()
-    page.until(lambda m: m["executing"])
-    assert "another motion is executed" in page.refusal("execute", plan=plan["plan"])
     page.until(lambda m: not m["executing"])
+    assert robot.heard.count == before + 1
     end = tree.link_poses(full[-1], ["panda_hand"])[0]
     np.testing.assert_allclose(end[:3, 3], goal, atol=1e-6)
     wait_until(lambda: np.abs(robot.q - q[-1]).max() < 1e-9, "the robot's arrival")
@@ -283,7 +288,7 @@ def test_a_motion_is_replaced_on_its_way(page, robot, model):
     """It goes on from the old one without a step, and leads to where the hand was dragged."""
     held = at_rest(page, robot)
     x, y, z = held["position"]
-    plan = planned(page, (x, y - 0.5, z), held["rotation"])
+    plan = planned(page, (x, y - 0.5, z), held["rotation"], 0.2)
     count = robot.heard.count
     page.ask("execute", plan=plan["plan"])
     wait_until(lambda: robot.heard.count > count, "the trajectory")
@@ -404,3 +409,17 @@ def test_pages_may_do_only_what_parameters_let_them(start_node, client):
     assert page.wait_closed() == (1008, "robots can't be moved here")
     page.close()
     assert node.stop() == 0
+
+
+def test_planning_comes_with_the_first_link():
+    """What is imported for a page that may move robots has none of it."""
+    code = (
+        "import sys, scene_graph_ros.node.effects.page_motions as motions;"
+        "import scene_graph_ros.node.effects.page_execution;"
+        "print(*sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    names = done.stdout.split()
+    assert "scene_graph_ros.node.effects.page_session" in names
+    unwanted = ("scene_graph_ros.planning", "scene_graph_ros.node.effects.page_work", "casadi")
+    assert [name for name in names if name.startswith(unwanted)] == []

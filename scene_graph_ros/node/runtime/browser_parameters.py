@@ -51,7 +51,7 @@ BROWSER_PARAMETERS: tuple[Parameter, ...] = (
     Parameter(
         "browser_execute",
         False,
-        "Whether pages may have ~/trajectory say the motions that were planned for them; takes"
+        "Whether pages may publish motions that were planned for them on ~/trajectory; takes"
         " browser_control.",
         read_only=True,
     ),
