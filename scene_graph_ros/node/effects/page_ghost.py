@@ -171,8 +171,11 @@ def moved_geometries(
     found = {int(i): i for role in _ROLES for i in inspector.get_all_geometry_ids(role)}
     ids, poses = [], []
     for number, geometry in sorted(found.items()):
-        link, X_LF = carried.get(inspector.get_frame_id(geometry), (-1, None))
-        if link < 0 or not moves[link] or inspector.is_deformable(geometry):
+        where = carried.get(inspector.get_frame_id(geometry))
+        if where is None or inspector.is_deformable(geometry):
+            continue
+        link, X_LF = where
+        if not moves[link]:
             continue
         ids.append(number)
         poses.append(X_WL[:, link] @ X_LF @ inspector.get_pose_in_frame(geometry))

@@ -17,8 +17,8 @@ from scene_graph_ros.node.effects.effect import Host
 from scene_graph_ros.node.effects.page_ghost import moved_geometries
 from scene_graph_ros.node.effects.plan_proof import PathInWorld
 from scene_graph_ros.node.effects.plan_way import FAR, way_of
-from scene_graph_ros.node.services.reported_joints import require_reported
 from scene_graph_ros.node.world.planned_path import PlannedPath
+from scene_graph_ros.node.world.reported_joints import require_reported
 from scene_graph_ros.node.world.world import WorldSnapshot
 from scene_graph_ros.views.browser.blocks import plan_block
 

@@ -11,10 +11,11 @@ from collections.abc import Callable
 import threading
 import time
 import traceback
-from typing import Any, NamedTuple, TYPE_CHECKING
+from typing import Any, TYPE_CHECKING
 
 from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.node.effects.effect import Host
+from scene_graph_ros.node.effects.page_jobs import Found, NOTHING_HELD
 from scene_graph_ros.node.world.planned_path import PlannedPath
 from scene_graph_ros.node.world.world import WorldSnapshot
 from scene_graph_ros.views.browser.blocks import motion_block
@@ -25,9 +26,7 @@ if TYPE_CHECKING:
     from scene_graph_ros.node.effects.page_execution import PageExecution
     from scene_graph_ros.node.effects.page_work import PageWork
 
-__all__ = ["NOTHING_HELD", "Found", "PageSession"]
-
-NOTHING_HELD = "no link is held"
+__all__ = ["PageSession"]
 
 _MOST_WAITING = 8
 """Requests that wait, beside the newest drag; more are passed over."""
@@ -37,14 +36,6 @@ _PERIOD = 0.1
 
 _KERNELS_PERIOD = 0.5
 """Seconds from one look whether kernels are ready to the next."""
-
-
-class Found(NamedTuple):
-    """The end of a search for a motion."""
-
-    result: Any
-    """Of the action."""
-    path: PlannedPath | None
 
 
 _Job = MotionRequest | Found | None
@@ -121,31 +112,31 @@ class PageSession:
         from scene_graph_ros.node.effects.page_work import PageWork
 
         work = PageWork(self._host, self._execution, self.found, self.follow, self._tell)
-        while (job := self._next(work)) is not False:
-            self._do(work, job)
+        while (next_one := self._next(work)) is not None:
+            self._do(work, next_one[0])
             self.is_holding = work.is_holding
-            del job
+            del next_one
         work.close()
         self.is_holding = False
 
-    def _next(self, work: PageWork) -> _Job | bool:
-        """Wait for the next job; False at the end."""
+    def _next(self, work: PageWork) -> tuple[_Job] | None:
+        """Wait for the next job, alone in a tuple; None at the end."""
         with self._changed:
             while not self._is_closed:
                 if self._waiting:
-                    return self._waiting.popleft()
+                    return (self._waiting.popleft(),)
                 if self._drag is not None:
                     drag, self._drag = self._drag, None
-                    return drag
+                    return (drag,)
                 wait = None
                 if (self._has_moved and work.is_holding) or work.is_late:
                     period = _KERNELS_PERIOD if work.is_late else _PERIOD
                     wait = self._looked_at + period - time.monotonic()
                     if wait <= 0.0:
                         self._has_moved = False
-                        return None
+                        return (None,)
                 self._changed.wait(wait)
-            return False
+            return None
 
     def _do(self, work: PageWork, job: _Job) -> None:
         snapshot = self._newest()

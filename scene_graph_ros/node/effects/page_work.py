@@ -20,8 +20,8 @@ from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.spatial.poses import quaternions_from_poses
 from scene_graph_ros.node.effects.effect import Host
 from scene_graph_ros.node.effects.page_ghost import Ghost, Reached
+from scene_graph_ros.node.effects.page_jobs import Found, NOTHING_HELD
 from scene_graph_ros.node.effects.page_plan import NO_PLAN, PagePlan
-from scene_graph_ros.node.effects.page_session import Found, NOTHING_HELD
 from scene_graph_ros.node.world.planned_path import PlannedPath
 from scene_graph_ros.node.world.world import WorldSnapshot
 from scene_graph_ros.views.browser.blocks import motion_block

@@ -23,9 +23,9 @@ from scene_graph_ros.node.services.replacement import (
     replaced_trajectory,
     require_followed,
 )
-from scene_graph_ros.node.services.reported_joints import require_reported
 from scene_graph_ros.node.services.tally import require
 from scene_graph_ros.node.world.planning_robots import PlanningRobots
+from scene_graph_ros.node.world.reported_joints import require_reported
 from scene_graph_ros.node.world.world import WorldSnapshot
 from scene_graph_ros.planning import (
     MissingRetimerError,
@@ -90,7 +90,7 @@ class PlanGoal(NamedTuple):
         return self._replace(start=start, replaced=replaced)
 
     @property
-    def start_rates(self) -> dict[str, NDArray[np.float64] | None]:
+    def start_rates(self) -> dict[str, Any]:
         """How it begins to move, as `time_path` takes it: ``(nq,)``, or None for rest."""
         replaced, size = self.replaced, len(self.start)
         if replaced is None:
