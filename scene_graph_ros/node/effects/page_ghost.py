@@ -1,4 +1,4 @@
-"""A robot as a page drags it: inverse kinematics, and what would collide there.
+"""A robot as a page drags it: inverse kinematics, and its collisions there.
 
 Imported when a page first holds a link.
 """
@@ -32,7 +32,7 @@ _MOST_COLLISIONS = 8
 
 
 class Reached(NamedTuple):
-    """How far the robot follows its link, and what it would touch."""
+    """How far the robot follows its link, and its collisions there."""
 
     X_WL: NDArray[np.float64]
     """``(4, 4)``: where the link is."""
@@ -44,7 +44,7 @@ class Reached(NamedTuple):
     collisions: tuple[tuple[str, str, float], ...]
     """Names of geometries that would collide, and how deep (m); the deepest first."""
     colliding: tuple[int, ...]
-    """Ids of all of these, and of what else their links have, such as what people are to see."""
+    """Ids of all of these, and of all other geometries on their links."""
 
 
 class Ghost:
@@ -77,7 +77,7 @@ class Ghost:
         self.has_moved = False
 
     def follow(self, snapshot: WorldSnapshot) -> None:
-        """See another moment: what the page does not drag is where it is by then.
+        """See another moment: positions that the page does not drag are those of then.
 
         Raises UnknownIdError where the robots are others than before.
         """
@@ -106,7 +106,7 @@ class Ghost:
         self.q, self._goal, self.has_moved = found.configurations[0], X_WL, True
 
     def reached(self) -> Reached:
-        """Return where the robot is, and what it would touch there."""
+        """Return the link's pose and errors, and the collisions there."""
         X_WL = self.robots.tree.link_poses(self.q, [self.link])[0]
         away = float(np.linalg.norm(X_WL[:3, 3] - self._goal[:3, 3]))
         turned = _angle(X_WL[:3, :3].T @ self._goal[:3, :3])
@@ -149,7 +149,7 @@ class Ghost:
         return tuple(sorted(ids.union(more)))
 
     def geometries(self) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Return ids ``(n,)`` of what the dragged joints carry, and poses ``(n, 4, 4)`` in W."""
+        """Return ids ``(n,)`` of all that the dragged joints carry, and poses ``(n, 4, 4)`` in W."""
         ids, X_WGs = moved_geometries(self.robots, self.snapshot, self.q[np.newaxis], self.moving)
         return ids, X_WGs[0]
 

@@ -54,7 +54,7 @@ class PageMotions:
         return self._draggable[1]
 
     def open(self, tell: Callable[[MotionTold], None]) -> PageMotion:
-        """Return a page's session, which tells it what it is to show; in any thread."""
+        """Return a page's session, which gives it blocks to show; in any thread."""
         with self._lock:
             session = PageSession(self._host, self._execution, lambda: self._snapshot, tell)
             self._sessions.add(session)
@@ -77,7 +77,7 @@ class PageMotions:
             self._execution.close()
 
     def counters(self) -> dict[str, Any]:
-        """Return counts of what pages asked for."""
+        """Return counts of sessions and motions."""
         sessions = self._all()
         counts = {"pages that hold a link": sum(each.is_holding for each in sessions)}
         if self._execution is not None:

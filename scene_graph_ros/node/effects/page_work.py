@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 __all__ = ["PageWork"]
 
 _REPLACE_AFTER = 1_000_000_000
-"""ns from a request to replace a motion to where the new one begins: what planning may take."""
+"""ns from a request to replace a motion to where the new one begins: planning may take as long."""
 
 _TOLD = PlanPath.Feedback
 _STATES = {
@@ -65,7 +65,7 @@ class _Search(NamedTuple):
 
 
 class PageWork:
-    """Does what one page asks, and tells it."""
+    """Does one page's requests, and tells it."""
 
     def __init__(
         self,

@@ -212,7 +212,7 @@ def sliders_block(state: SliderState) -> bytes:
 def motion_block(
     content: Mapping[str, Any], ids: NDArray[Any] = _NONE, X_WG: NDArray[np.float64] = _NOWHERE
 ) -> bytes:
-    """Return the block of a robot as a page drags it, and what became of the page's requests.
+    """Return the block of a robot as a page drags it, and of the state of the page's requests.
 
     Its geometries, by ids ``(n,)``, are at ``X_WG`` ``(n, 4, 4)`` then.
     """

@@ -57,7 +57,7 @@ class Cursor:
     ) -> Told:
         """Return the message after which a page with all messages so far shows ``moment``.
 
-        ``motion`` is what is for this page alone.
+        ``motion`` is for this page alone.
 
         Raises the errors of meshes and contacts; then begin anew.
         """

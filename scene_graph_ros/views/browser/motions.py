@@ -13,13 +13,13 @@ class MotionTold(NamedTuple):
     """Blocks for one page, each empty before there is something to tell."""
 
     held: bytes = b""
-    """The robot as the page drags it, and what became of its requests."""
+    """The robot as the page drags it, and the state of its requests."""
     planned: bytes = b""
     """The motion that was found last."""
 
 
 class PageMotion(Protocol):
-    """What one page does with robots. Its methods return at once, in any thread."""
+    """One page's session with robots. Its methods return at once, in any thread."""
 
     def ask(self, request: MotionRequest) -> None:
         """Take a request; the answer comes as another `MotionTold`."""

@@ -319,7 +319,7 @@ class BrowserView:
 
 
 class _LateMotion:
-    """What a page does with robots, made when it first asks for something."""
+    """A page's session with robots, made when it first asks for something."""
 
     def __init__(
         self,

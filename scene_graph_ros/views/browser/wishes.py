@@ -1,4 +1,4 @@
-"""Requests of a page: what it shows, a joint's motion, or a tool's. All else is rubbish."""
+"""Requests of a page: its choice of things to show, a joint's motion, or a tool's."""
 
 from __future__ import annotations
 
