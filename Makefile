@@ -75,12 +75,12 @@ test:  ## run every check and test, also where one fails, and say which did
 try-%:
 	@if $(MAKE) $*; then echo $* >> "$$PASSED"; fi
 
-lint: environment  ## check style, format, types, layers and circles
+lint: environment  ## check style, format, types, layers and cycles
 	$(RUN) -m ruff check
 	$(RUN) -m ruff format --check
 	$(RUN) -m mypy
 	.venv/bin/lint-imports
-	$(RUN) -m tools.circles
+	.venv/bin/lint-imports --config tools/import_cycles.toml
 
 format: environment  ## put style and format right
 	$(RUN) -m ruff check --fix

@@ -11,10 +11,10 @@ from typing import Any
 import rclpy
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.qos import QoSProfile
-from rclpy.serialization import deserialize_message, serialize_message
+from rclpy.serialization import deserialize_message
 from visualization_msgs.msg import MarkerArray
 
-from msg_adapters.wire.fields import marked_stamps, MARKED_TIME
+from msg_adapters.wire.layout import layout
 from scene_graph_msgs.msg import ContactArray
 
 __all__ = ["Listener"]
@@ -107,6 +107,4 @@ class Listener:
 
 
 def _place_of_stamp() -> int:
-    message = ContactArray()
-    message.header.stamp = MARKED_TIME
-    return marked_stamps(serialize_message(message))[0]
+    return layout(ContactArray()).begin("header.stamp.sec")

@@ -10,21 +10,15 @@ import json
 import sys
 import time
 
-from geometry_msgs.msg import Quaternion, Transform, Vector3
+from geometry_msgs.msg import Transform
 import rclpy
 from rclpy.serialization import serialize_message
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import MultiDOFJointState
 
 from benchmarks.messages.scene import frame_names, poses, SOURCE
-from msg_adapters.wire.fields import (
-    as_bytes,
-    find_once,
-    marked_numbers,
-    marked_stamps,
-    MARKED_TIME,
-    Patchable,
-)
+from msg_adapters.wire.fields import Patchable
+from msg_adapters.wire.layout import layout
 
 __all__ = ["pose_template"]
 
@@ -34,18 +28,13 @@ _STEPS = 64
 
 def pose_template(count: int) -> Patchable:
     """Return the bytes of a pose message of the scene, with the places of stamp and poses."""
-    numbers = marked_numbers(7 * count)
-    message = MultiDOFJointState(joint_names=frame_names(count))
-    message.header.stamp, message.header.frame_id = MARKED_TIME, "world"
-    for i in range(count):
-        x, y, z, qx, qy, qz, qw = numbers[7 * i : 7 * i + 7]
-        transform = Transform(
-            translation=Vector3(x=x, y=y, z=z), rotation=Quaternion(x=qx, y=qy, z=qz, w=qw)
-        )
-        message.transforms.append(transform)
-    data = serialize_message(message)
-    first = find_once(data, as_bytes(numbers, float))
-    return Patchable(data, marked_stamps(data), [first + 56 * i for i in range(count)], 7)
+    message = MultiDOFJointState(
+        joint_names=frame_names(count), transforms=[Transform() for _ in range(count)]
+    )
+    message.header.frame_id = "world"
+    fields = layout(message)
+    places = fields.begins("transforms.translation.x")
+    return Patchable(serialize_message(message), [fields.begin("header.stamp.sec")], places, 7)
 
 
 def main() -> None:

@@ -2,7 +2,7 @@
 
 Names of geometries are serialized once and joined for the pairs that touch; stamps and
 coordinates, which vary at each update, are written over. Where the pairs are the same as last
-time, nothing is joined either. Places are found by marks (see ``wire.fields``).
+time, nothing is joined either.
 """
 
 from __future__ import annotations
@@ -14,27 +14,20 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 from std_msgs.msg import Header
+from visualization_msgs.msg import MarkerArray
 
 from msg_adapters.contact_rows import KINDS, NO_ROWS, PairRows, point_rows
 from msg_adapters.contacts import contact_markers_to_msg, contact_points
 from msg_adapters.names import SceneNames
-from msg_adapters.wire.fields import (
-    as_bytes,
-    find_count,
-    find_once,
-    marked_numbers,
-    marked_stamps,
-    MARKED_TIME,
-    Patchable,
-    Serializer,
-)
+from msg_adapters.wire.fields import as_bytes, Patchable, Serializer
+from msg_adapters.wire.layout import layout
+from msg_adapters.wire.marker_fill import MARKER_STAMPS
 from scene_graph_msgs.msg import ContactArray, GeometryName
 
 __all__ = ["ContactMarkerWire", "ContactWire"]
 
-_MARKED_IDS = (0x1B2C3D4E5F607182, 0x2B3C4D5E6F708192)
-_MARKED_VERSION = 0x3C4D5E6F708192A3
-
+_POINT = 24
+"""Bytes: three coordinates."""
 
 _Texts: TypeAlias = dict[int, tuple[GeometryName, bytes]]
 """Names of geometries by id, as messages and as bytes."""
@@ -50,7 +43,6 @@ class _Frame(NamedTuple):
     counts: tuple[int, ...]
     """Where the number of contacts of a kind is, in the part before them."""
     stamp: int
-    version: int
 
 
 class ContactWire:
@@ -60,7 +52,7 @@ class ContactWire:
         self._frame_id = frame_id
         self._serialize = serialize
         self._frames: dict[tuple[int, ...], _Frame] = {}
-        self._version = find_once(self._array({}), as_bytes(_MARKED_VERSION, np.uint64))
+        self._version = layout(self._array({})).begin("scene_version")
         self._names_of: SceneNames | None = None
         self._names: _Texts = {}
         self._ready: tuple[SceneNames | None, _Texts] = _NOTHING_READY
@@ -154,50 +146,39 @@ class ContactWire:
         if not ids:
             return {}
         kind = KINDS[0]
-        blank = kind.make(GeometryName(), GeometryName(id=_MARKED_IDS[1]), [0.0] * kind.width)
+        blank = kind.make(GeometryName(), GeometryName(), [0.0] * kind.width)
         contacts = []
         for value in ids:
-            contact, marked = copy(blank), copy(names.geometry_name(value))
-            marked.id = _MARKED_IDS[0]
-            contact.geometry_a = marked
+            contact, named = copy(blank), copy(names.geometry_name(value))
+            named.id = value
+            contact.geometry_a = named
             contacts.append(contact)
-        data = self._serialize(ContactArray(points=contacts))
-        first, second = (as_bytes(i, np.uint64) for i in _MARKED_IDS)
-        result: _Texts = {}
-        end = 0
-        for value in ids:
-            begin = data.index(first, end) + len(first)
-            end = data.index(second, begin)
-            text = as_bytes(value, np.uint64) + data[begin:end]
-            result[value] = (names.geometry_name(value), text)
-        return result
+        message = ContactArray(points=contacts)
+        fields, data = layout(message), self._serialize(message)
+        begins, ends = (fields.begins(f"points.geometry_{each}.id") for each in "ab")
+        return {
+            value: (names.geometry_name(value), data[begin:end])
+            for value, begin, end in zip(ids, begins, ends, strict=True)
+        }
 
     def _probe(self, used: tuple[int, ...]) -> _Frame:
-        """Find the bytes around contacts of some kinds, by one and by two of each."""
-        marks = marked_numbers(sum(KINDS[index].width for index in used))
-        contacts, ends, start = {}, [], 0
+        """Find the bytes around contacts of some kinds, by one of each."""
+        contacts = {}
         for index in used:
             kind = KINDS[index]
-            numbers = marks[start : start + kind.width]
-            start += kind.width
-            name = GeometryName(id=_MARKED_IDS[0] + index)
-            contacts[kind.field] = kind.make(name, GeometryName(), numbers)
-            ends.append((as_bytes(name.id, np.uint64), as_bytes(numbers, np.float64)))
-        one, two = (self._array({f: [c] * n for f, c in contacts.items()}) for n in (1, 2))
-        parts, counts, position, shift = [], [], 0, 0
-        for first, last in ends:
-            begin, end = find_once(one, first), find_once(one, last) + len(last)
-            parts.append(one[position:begin])
-            counts.append(find_count(parts[-1], two[position + shift : begin + shift]))
-            position, shift = end, shift + end - begin
-        (stamp,) = marked_stamps(one)
-        return _Frame((*parts, one[position:]), tuple(counts), stamp, self._version)
+            contacts[kind.field] = [kind.make(GeometryName(), GeometryName(), [0.0] * kind.width)]
+        message = self._array(contacts)
+        fields, data = layout(message), self._serialize(message)
+        parts, counts, position = [], [], 0
+        for name in contacts:
+            begin = fields.begin(f"{name}.geometry_a.id")
+            parts.append(data[position:begin])
+            counts.append(fields.begin(f"{name}[]") - position)
+            position = fields.within(name)[-1].end
+        return _Frame((*parts, data[position:]), tuple(counts), fields.begin("header.stamp.sec"))
 
-    def _array(self, contacts: dict[str, Any]) -> bytes:
-        header = Header(stamp=MARKED_TIME, frame_id=self._frame_id)
-        return self._serialize(
-            ContactArray(header=header, scene_version=_MARKED_VERSION, **contacts)
-        )
+    def _array(self, contacts: dict[str, Any]) -> ContactArray:
+        return ContactArray(header=Header(frame_id=self._frame_id), **contacts)
 
 
 class _Table(NamedTuple):
@@ -209,12 +190,6 @@ class _Table(NamedTuple):
     depth: NDArray[np.float64]
 
 
-def _marked_table(count: int) -> _Table:
-    """Return contacts at marked points, whose lines have no length."""
-    points = np.array(marked_numbers(6 * count)).reshape(2, count, 3)
-    return _Table(points[0], points[1], np.zeros((count, 3)), np.zeros(count))
-
-
 class _Look(NamedTuple):
     """How contact markers look."""
 
@@ -222,18 +197,12 @@ class _Look(NamedTuple):
     normal_length: float
 
 
-def _ends(data: bytes, count: int, look: _Look) -> list[tuple[int, int]]:
-    """Return the beginnings and ends of both markers' points, of ``count`` marked contacts."""
-    points = contact_points(_marked_table(count), look.normal_length)
-    patterns = [as_bytes(each, np.float64) for each in points]
-    begins = [find_once(data, pattern) for pattern in patterns]
-    return [(b, b + len(p)) for b, p in zip(begins, patterns, strict=True)]
+class _Before(NamedTuple):
+    """The bytes before a marker's points, in which its stamp and their number are."""
 
-
-def _around(data: bytes, ends: list[tuple[int, int]]) -> tuple[bytes, bytes, bytes]:
-    """Return the bytes before, between and behind the points of both markers."""
-    (a, b), (c, d) = ends
-    return data[:a], data[b:c], data[d:]
+    data: bytes
+    stamp_at: int
+    count_at: int
 
 
 class ContactMarkerWire:
@@ -243,8 +212,8 @@ class ContactMarkerWire:
         self._frame_id = frame_id
         self._serialize = serialize
         self._look: _Look | None = None
-        self._parts = (b"", b"", b"")
-        self._counts: tuple[int, ...] = ()
+        self._before: list[_Before] = []
+        self._behind = b""
         self._template: Patchable | None = None
         self._count = -1
 
@@ -268,36 +237,44 @@ class ContactMarkerWire:
     def _make(self, count: int) -> Patchable:
         """Return the markers of so many contacts, with room for their points."""
         if count == 0:
-            data = self._serialize_marked(_marked_table(0), _Look(1.0, 1.0))
-            return Patchable(data, marked_stamps(data), [], 3)
-        room = bytes(2 * count * 24)
-        head, middle, tail = self._parts
-        data = b"".join([head, room, middle, room, tail])
-        first, second = len(head), len(head) + len(room) + len(middle)
-        places = [start + 24 * i for start in (first, second) for i in range(2 * count)]
-        template = Patchable(data, marked_stamps(data), places, 3)
-        for start, place in zip((0, first + len(room)), self._counts, strict=True):
-            template.put_bytes(start + place, as_bytes(2 * count, np.uint32))
+            message = self._markers(0, _Look(1.0, 1.0))
+            return Patchable(
+                self._serialize(message), layout(message).begins(MARKER_STAMPS), [], 3
+            )
+        room = bytes(2 * count * _POINT)
+        parts, stamps, counts, places, position = [], [], [], [], 0
+        for before in self._before:
+            stamps.append(position + before.stamp_at)
+            counts.append(position + before.count_at)
+            position += len(before.data)
+            places += [position + _POINT * i for i in range(2 * count)]
+            position += len(room)
+            parts += [before.data, room]
+        template = Patchable(b"".join([*parts, self._behind]), stamps, places, 3)
+        for place in counts:
+            template.put_bytes(place, as_bytes(2 * count, np.uint32))
         return template
 
     def _probe(self, look: _Look) -> None:
-        """Find the bytes before, between and behind the points of both markers."""
-        one, two = (self._serialize_marked(_marked_table(n), look) for n in (1, 2))
-        ends = [_ends(data, n, look) for data, n in ((one, 1), (two, 2))]
-        self._parts, more = (_around(d, e) for d, e in zip((one, two), ends, strict=True))
-        self._counts = (
-            find_count(self._parts[0], more[0], 2),
-            find_count(self._parts[1], more[1], 2),
-        )
+        """Find the bytes around the points of both markers, by one contact."""
+        message = self._markers(1, look)
+        fields, data = layout(message), self._serialize(message)
+        # Of the ball at each end, and of the line between them.
+        begins = fields.begins("markers.points.x")[::2]
+        self._before, position = [], 0
+        for begin, stamp, count in zip(
+            begins, fields.begins(MARKER_STAMPS), fields.begins("markers.points[]"), strict=True
+        ):
+            self._before.append(_Before(data[position:begin], stamp - position, count - position))
+            position = begin + 2 * _POINT
+        self._behind = data[position:]
 
-    def _serialize_marked(self, table: Any, look: _Look) -> bytes:
-        message = contact_markers_to_msg(
-            table,
+    def _markers(self, count: int, look: _Look) -> MarkerArray:
+        points, depths = np.zeros((count, 3)), np.zeros(count)
+        return contact_markers_to_msg(
+            _Table(points, points, points, depths),
             stamp_ns=0,
             frame_id=self._frame_id,
             point_diameter=look.point_diameter,
             normal_length=look.normal_length,
         )
-        for marker in message.markers:
-            marker.header.stamp = MARKED_TIME
-        return self._serialize(message)

@@ -12,8 +12,9 @@ from visualization_msgs.msg import Marker, MarkerArray
 from msg_adapters.deformable_markers import empty_marker
 from msg_adapters.marker_rows import marker_id
 from msg_adapters.poses import header_to_msg
-from msg_adapters.wire.fields import marked_stamps, MARKED_TIME, Serializer
-from msg_adapters.wire.marker_fill import probe_fill
+from msg_adapters.wire.fields import Serializer
+from msg_adapters.wire.layout import layout
+from msg_adapters.wire.marker_fill import MARKER_STAMPS
 from msg_adapters.wire.triangles import append_markers, Appendix, TriangleListWire
 from scene_graph_ros.views.deformables import DeformableItem
 
@@ -41,7 +42,6 @@ class DeformableMarkers:
         """Place markers in ``frame_id``, the world."""
         self._serialize = serialize
         self._frame_id = frame_id
-        self._fill = probe_fill(lambda markers: serialize(MarkerArray(markers=markers)))
         self._known: dict[int, _Known] = {}
         self._sent: dict[int, Any] = {}
         self._stale: dict[tuple[str, int], None] = {}
@@ -97,7 +97,7 @@ class DeformableMarkers:
                     appendices.append(self._deletion(*_name(self._known[key]), stamp_ns))
         if not appendices:
             return data, 0
-        return append_markers(data, appendices, self._fill), len(appendices)
+        return append_markers(data, appendices), len(appendices)
 
     def _empty_marker(self, item: DeformableItem) -> Marker:
         """Return the marker of an item, without its changing parts."""
@@ -110,11 +110,9 @@ class DeformableMarkers:
     def _deletion(self, ns: str, number: int, stamp_ns: int) -> Appendix:
         def piece(before: Sequence[Marker], key: int) -> bytes:
             marker = Marker(ns=ns, id=number, action=Marker.DELETE)
-            marker.header.frame_id = self._frame_id
-            marker.header.stamp = MARKED_TIME
-            (begin,) = marked_stamps(self._serialize(MarkerArray(markers=[*before, marker])))
             marker.header = header_to_msg(stamp_ns, self._frame_id)
-            return self._serialize(MarkerArray(markers=[*before, marker]))[begin:]
+            message = MarkerArray(markers=[*before, marker])
+            return self._serialize(message)[layout(message).begins(MARKER_STAMPS)[-1] :]
 
         return piece
 

@@ -1,43 +1,17 @@
-"""Where the fields of a message are among its bytes, found by asking the serializer.
-
-A message is serialized once with marks in the fields that will vary; where the marks are is where
-the fields are. So no layout is written down here, only that fields come in the order of their
-definition, that numbers are in this machine's byte order, and that bytes which no mark reaches
-stay the same.
-"""
+"""The bytes of a message, of which some are written over at each update."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from builtin_interfaces.msg import Time
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "MARKED_TIME",
-    "Patchable",
-    "Serializer",
-    "as_bytes",
-    "find_count",
-    "find_once",
-    "marked_numbers",
-    "marked_stamps",
-    "runs",
-]
+__all__ = ["Patchable", "Serializer", "as_bytes"]
 
 Serializer = Callable[[Any], bytes]
 """Turns a message into its bytes on the wire."""
-
-_MARK = bytes(range(0xA1, 0xA9))
-"""Bytes of a marked stamp: as long as no stretch of padding is, and different, so that remains of
-another mark beside them don't make it seem to be elsewhere."""
-
-MARKED_TIME = Time(
-    sec=int(np.frombuffer(_MARK, np.int32)[0]), nanosec=int(np.frombuffer(_MARK, np.uint32)[1])
-)
-"""A stamp that no clock says."""
 
 _LEAD = 4
 """Bytes before a message in memory, so that its numbers are aligned for numpy."""
@@ -46,45 +20,6 @@ _LEAD = 4
 def as_bytes(values: Any, dtype: Any) -> bytes:
     """Return numbers as they are on the wire of this machine."""
     return np.asarray(values, dtype=dtype).tobytes()
-
-
-def marked_numbers(count: int) -> list[float]:
-    """Return distinct numbers that nothing else in a message is likely to be."""
-    return [-(1.0 + 1e-3 * i) * 1.2345678901234567e-250 for i in range(count)]
-
-
-def find_once(data: bytes, pattern: bytes) -> int:
-    """Return the place of a pattern; it must be there once."""
-    first = data.find(pattern)
-    assert first >= 0, "a mark is not in the serialized message"
-    assert data.find(pattern, first + 1) < 0, "a mark is in the serialized message twice"
-    return first
-
-
-def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Return the (begin, end) of each run of true values."""
-    edges = np.flatnonzero(np.diff(mask.astype(np.int8), prepend=0, append=0))
-    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
-
-
-def find_count(one: bytes, two: bytes, count: int = 1) -> int:
-    """Return the place of a sequence's length.
-
-    Given are the bytes before ``count`` elements, and before twice as many.
-    """
-    words = [np.frombuffer(data[: len(data) // 4 * 4], np.uint32) for data in (one, two)]
-    found = np.flatnonzero((words[0] == count) & (words[1] == 2 * count))
-    assert len(found) == 1, "the length of a sequence is not to be found"
-    return int(found[0]) * 4
-
-
-def marked_stamps(data: bytes) -> list[int]:
-    """Return the places of all stamps that are MARKED_TIME."""
-    places, place = [], data.find(_MARK)
-    while place >= 0:
-        places.append(place)
-        place = data.find(_MARK, place + len(_MARK))
-    return places
 
 
 class Patchable:

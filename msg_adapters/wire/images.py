@@ -11,19 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from msg_adapters.wire.fields import (
-    as_bytes,
-    find_count,
-    find_once,
-    marked_stamps,
-    MARKED_TIME,
-    Serializer,
-)
+from msg_adapters.wire.fields import as_bytes, Serializer
+from msg_adapters.wire.layout import layout
 
 __all__ = ["BulkWire"]
-
-_MARK = bytes(range(0xC1, 0xC9))
-"""Of a sequence of bytes."""
 
 
 class BulkWire:
@@ -31,18 +22,11 @@ class BulkWire:
 
     def __init__(self, serialize: Serializer, message: Any, frame_id: str) -> None:
         """Take all of ``message`` but its stamp and its data, which are written over in it."""
-        message.header.frame_id = frame_id
-        message.header.stamp = MARKED_TIME
-        one, two = (self._marked(serialize, message, count) for count in (1, 2))
-        place = find_once(one, _MARK)
-        self._before, self._behind = one[:place], one[place + len(_MARK) :]
-        self._count = find_count(one[:place], two[:place], len(_MARK))
-        (self._stamp,) = marked_stamps(self._before)
-
-    @staticmethod
-    def _marked(serialize: Serializer, message: Any, count: int) -> bytes:
-        message.data = list(count * _MARK)
-        return bytes(serialize(message))
+        message.header.frame_id, message.data = frame_id, []
+        fields, data = layout(message), bytes(serialize(message))
+        place = fields.begin("data")
+        self._before, self._behind = data[:place], data[place:]
+        self._count, self._stamp = fields.begin("data[]"), fields.begin("header.stamp.sec")
 
     def data(self, stamp_ns: int, pixels: NDArray[Any]) -> bytes:
         """Return the message with these pixels, an array of any type without gaps."""

@@ -1,48 +1,42 @@
-"""How markers follow one another in a serialized array of them, found by trying."""
+"""How markers follow one another in the bytes of an array of them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import NamedTuple
+from functools import cache
 
-from visualization_msgs.msg import Marker, MeshFile
+from visualization_msgs.msg import Marker, MarkerArray, MeshFile
 
-from msg_adapters.wire.fields import find_count, marked_stamps, MARKED_TIME
+from msg_adapters.wire.layout import HEADER, layout
 
-__all__ = ["ALIGNMENT", "Fill", "probe_fill"]
+__all__ = ["ALIGNMENT", "COUNT", "FIRST", "MARKER_STAMPS", "gap_behind", "marker_before"]
 
 ALIGNMENT = 8
 """Bytes of the largest field, after which the layout of a message repeats."""
 
+COUNT = HEADER
+"""Where the number of markers is."""
 
-class Fill(NamedTuple):
-    """How markers follow one another; indexed by position modulo ALIGNMENT."""
+FIRST = COUNT + 4
+"""Where the first marker begins."""
 
-    first: int
-    """Where the first marker begins."""
-    gap: tuple[int, ...]
-    """Bytes between a marker that ends at a position and the next one."""
-    before: dict[int, Marker]
-    """What to put before a marker, so that it begins at such a position."""
-    length: int
-    """Where the number of markers is."""
+MARKER_STAMPS = "markers.header.stamp.sec"
+"""The path of the stamps of an array's markers, with which each of them begins."""
+
+_UNIT = 4
+"""Bytes of the first field of a marker, the seconds of its stamp: it begins at a multiple."""
 
 
-def probe_fill(array: Callable[[list[Marker]], bytes]) -> Fill:
-    """Find how markers follow one another, by markers that end at every position.
+def gap_behind(position: int) -> int:
+    """Return the bytes between a marker that ends at a position and the next one."""
+    return -position % _UNIT
 
-    ``array`` serializes an array of markers.
-    """
-    marked = Marker()
-    marked.header.stamp = MARKED_TIME
-    (first,) = marked_stamps(array([marked]))
-    gap, before = [-1] * ALIGNMENT, {}
+
+@cache
+def marker_before(alignment: int) -> Marker:
+    """Return a marker behind which, alone in an array, the next begins there modulo ALIGNMENT."""
     for length in range(ALIGNMENT):
-        other = Marker(mesh_file=MeshFile(data=bytes(length)))
-        end = len(array([other]))
-        (begin,) = marked_stamps(array([other, marked]))
-        gap[end % ALIGNMENT] = begin - end
-        before[begin % ALIGNMENT] = other
-    assert min(gap) >= 0, "not every position was tried"
-    length_at = find_count(array([Marker()])[:first], array([Marker(), Marker()])[:first])
-    return Fill(first, tuple(gap), before, length_at)
+        marker = Marker(mesh_file=MeshFile(data=bytes(length)))
+        end = layout(MarkerArray(markers=[marker])).size
+        if (end + gap_behind(end)) % ALIGNMENT == alignment:
+            return marker
+    raise ValueError(f"no marker begins at {alignment} modulo {ALIGNMENT}")

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from visualization_msgs.msg import Marker
 
 from msg_adapters.plain_look import PlainLook
-from msg_adapters.wire.marker_fill import ALIGNMENT, Fill
+from msg_adapters.wire.marker_fill import ALIGNMENT, gap_behind
 from msg_adapters.wire.plain_markers import Piece, PlainPieces
 
 __all__ = ["Look", "PieceRow", "Pieces", "TriangleLook"]
@@ -34,7 +34,7 @@ class Pieces:
         self,
         markers: Sequence[Look],
         plain: PlainPieces,
-        make: Callable[[Look, int], Piece],
+        make: Callable[[Marker | TriangleLook, int], Piece],
     ) -> None:
         self.markers = markers
         self._plain, self._make = plain, make
@@ -56,26 +56,29 @@ class Pieces:
         if piece is None:
             marker = self.markers[index]
             if isinstance(marker, PlainLook):
-                self._make_plain(made, alignment)
-            piece = made[index] = made[index] or self._make(marker, alignment)
+                return self._make_plain(made, index, alignment)
+            piece = made[index] = self._make(marker, alignment)
         return piece
 
-    def _make_plain(self, made: list[Piece | None], alignment: int) -> None:
+    def _make_plain(self, made: list[Piece | None], index: int, alignment: int) -> Piece:
+        """Make the pieces of all plain markers; return one of them."""
         looks = {
             i: marker
             for i, marker in enumerate(self.markers)
             if made[i] is None and isinstance(marker, PlainLook)
         }
-        for i, piece in zip(looks, self._plain.make(list(looks.values()), alignment), strict=True):
+        pieces = dict(zip(looks, self._plain.make(list(looks.values()), alignment), strict=True))
+        for i, piece in pieces.items():
             made[i] = piece
+        return pieces[index]
 
 
 class PieceRow:
     """Pieces one behind the other, and where their stamps and poses are."""
 
-    def __init__(self, fill: Fill, data: bytes, count: int) -> None:
+    def __init__(self, data: bytes, count: int) -> None:
         """Begin with an array of ``count`` markers, or with the bytes before the first."""
-        self._gap, self._parts = fill.gap, [data]
+        self._parts = [data]
         self._position = len(data)
         self._has_some = count > 0
         self.stamps: list[int] = []
@@ -84,13 +87,13 @@ class PieceRow:
     def alignment(self) -> int:
         """Return the beginning of the next piece, modulo ALIGNMENT."""
         position = self._position
-        return (position + self._gap[position % ALIGNMENT] * self._has_some) % ALIGNMENT
+        return (position + gap_behind(position) * self._has_some) % ALIGNMENT
 
     def put(self, piece: Piece) -> None:
         """Put a piece, made for that alignment, behind the others."""
         position = self._position
         if self._has_some:
-            gap = self._gap[position % ALIGNMENT]
+            gap = gap_behind(position)
             self._parts.append(bytes(gap))
             position += gap
         self._parts.append(piece.data)

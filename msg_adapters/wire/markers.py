@@ -2,14 +2,12 @@
 
 A marker becomes a piece once, in each position relative to the alignment of its fields in which
 it is needed; a message is such pieces in a row. While the same markers move, nothing is joined:
-poses and stamps are written over those of the last message. Where each thing is, is found by marks
-(see ``wire.fields``).
+poses and stamps are written over those of the last message.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from copy import copy
 from pathlib import Path
 from typing import NamedTuple
 
@@ -20,18 +18,11 @@ from visualization_msgs.msg import Marker, MarkerArray
 from msg_adapters.marker_rows import marker_id, MarkerRows
 from msg_adapters.markers import marker_and_triangles, plain_look
 from msg_adapters.plain_look import PlainLook
-from msg_adapters.wire.fields import (
-    as_bytes,
-    find_once,
-    marked_numbers,
-    marked_stamps,
-    MARKED_TIME,
-    Patchable,
-    Serializer,
-)
-from msg_adapters.wire.marker_fill import probe_fill
+from msg_adapters.wire.fields import as_bytes, Patchable, Serializer
+from msg_adapters.wire.layout import layout
+from msg_adapters.wire.marker_fill import COUNT, FIRST, marker_before
 from msg_adapters.wire.marker_pieces import Look, PieceRow, Pieces, TriangleLook
-from msg_adapters.wire.plain_markers import marked_pose, Piece, PlainPieces
+from msg_adapters.wire.plain_markers import Piece, PlainPieces
 from scene_graph_ros.geometry.spatial.poses import quaternions_from_poses
 from scene_graph_ros.geometry.steps import between_steps
 from scene_graph_ros.views.draw_list import DrawItem, DrawList
@@ -40,9 +31,6 @@ __all__ = ["MarkerWire", "PreparedMarkers"]
 
 _WIDTH = 7
 """Of a pose: position and quaternion."""
-
-_POSE_AND_CORNERS = 16
-"""Marked numbers, of which the pose has the last ones: others mark corners meanwhile."""
 
 _ROWS_IN_A_STEP = 256
 """Pieces that are joined at a stretch: half a millisecond."""
@@ -87,10 +75,9 @@ class MarkerWire:
         """Place markers in ``frame_id``, the world; see ``resource_uri`` for package_shares."""
         self._serialize = serialize
         self._frame_id, self._package_shares = frame_id, package_shares
-        self._fill = probe_fill(self._array)
-        self._head = self._array([Marker()])[: self._fill.first]
+        self._head = self._array([Marker()])[:FIRST]
         """What is before the first marker."""
-        self._plain = PlainPieces(self._array, self._fill.before, frame_id)
+        self._plain = PlainPieces(self._array, frame_id)
         self._rows = MarkerRows()
         self._pieces = Pieces([], self._plain, self._make_piece)
         self._sent = _Sent(self._rows.listed, {})
@@ -208,7 +195,7 @@ class MarkerWire:
         """Put the pieces of some markers in a row, behind deletions if there are."""
         if not len(rows) and not first:
             return Patchable(self._array([]), [], [], _WIDTH)
-        row = PieceRow(self._fill, self._head, 0)
+        row = PieceRow(self._head, 0)
         deletions = Pieces(first, self._plain, self._make_piece)
         for index in range(len(first)):
             row.put(deletions.get(index, row.alignment()))
@@ -217,7 +204,7 @@ class MarkerWire:
                 between_steps()
             row.put(pieces.get(index, row.alignment()))
         template = Patchable(row.data(), row.stamps, row.poses[len(first) :], _WIDTH)
-        template.put_bytes(self._fill.length, as_bytes(len(first) + len(rows), np.uint32))
+        template.put_bytes(COUNT, as_bytes(len(first) + len(rows), np.uint32))
         return template
 
     def _with_deletions(
@@ -225,55 +212,31 @@ class MarkerWire:
     ) -> bytes:
         """Put deletions behind the ``count`` markers that are in the bytes of an array."""
         pieces = Pieces(deleted, self._plain, self._make_piece)
-        row = PieceRow(self._fill, data if count else self._head, count)
+        row = PieceRow(data if count else self._head, count)
         for index in range(len(deleted)):
             row.put(pieces.get(index, row.alignment()))
         whole = Patchable(row.data(), row.stamps, [], _WIDTH)
         whole.put_stamp(stamp_ns)
-        whole.put_bytes(self._fill.length, as_bytes(count + len(deleted), np.uint32))
+        whole.put_bytes(COUNT, as_bytes(count + len(deleted), np.uint32))
         return whole.data()
 
-    def _make_piece(self, look: Look, alignment: int) -> Piece:
-        before = self._fill.before[alignment]
+    def _make_piece(self, look: Marker | TriangleLook, alignment: int) -> Piece:
+        before = marker_before(alignment)
+        marker = look.marker if isinstance(look, TriangleLook) else look
+        fields = layout(marker, alignment)
+        pose = fields.begin("pose.position.x") - alignment
         if isinstance(look, TriangleLook):
-            return self._make_triangles(look, before)
-        marker = look.marker(self._frame_id) if isinstance(look, PlainLook) else look
-        numbers = marked_numbers(_WIDTH)
-        data = self._array([before, _marked(marker, numbers)])
-        (begin,) = marked_stamps(data)
-        pose = find_once(data, as_bytes(numbers, np.float64)) - begin
-        if marker.action != Marker.ADD:
-            data = self._array([before, marker])
-        return Piece(data[begin:], 0, pose)
+            # Only where something is shown as triangles.
+            from msg_adapters.wire.triangles import TriangleListWire
 
-    def _make_triangles(self, look: TriangleLook, before: Marker) -> Piece:
-        """Return a piece whose corners are put in as a block: as objects they take seconds."""
-        # Only where something is shown as triangles.
-        from msg_adapters.wire.triangles import TriangleListWire
-
-        numbers = marked_numbers(_POSE_AND_CORNERS)[-_WIDTH:]
-        marker = _marked(look.marker, numbers)
-        wire = TriangleListWire(self._serialize, marker, has_colors=False)
-        data = wire.data(look.corners, 0, before=[before])
-        return Piece(
-            data,
-            0,
-            find_once(data[: len(data) - look.corners.nbytes], as_bytes(numbers, np.float64)),
-        )
+            wire = TriangleListWire(self._serialize, marker, has_colors=False)
+            # The corners are put in as a block: as objects they take seconds.
+            return Piece(wire.data(look.corners, 0, before=[before]), 0, pose)
+        data = self._array([before, marker])
+        return Piece(data[len(data) - (fields.size - alignment) :], 0, pose)
 
     def _array(self, markers: list[Marker]) -> bytes:
         return self._serialize(MarkerArray(markers=markers))
-
-
-def _marked(marker: Marker, numbers: Sequence[float]) -> Marker:
-    """Return a marker with marks for its stamp and pose.
-
-    The given one stays as it is: another thread may be making a piece of it, too.
-    """
-    result = copy(marker)
-    result.header, result.pose = copy(marker.header), marked_pose(numbers)
-    result.header.stamp = MARKED_TIME
-    return result
 
 
 def _deletion(ns: str, identity: int, action: int) -> PlainLook:

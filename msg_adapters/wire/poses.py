@@ -1,20 +1,16 @@
-"""Poses straight from the bytes of a message, by layouts learnt from messages that came before.
+"""Poses straight from the bytes of a message, by layouts of messages that came before.
 
 Publishers send the same names again and again. Such messages have a *layout* in common: bytes that
 are always the same, the places of stamps, and those of numbers. Of a message that
 fits a known layout one kernel reads all poses; the others are for the ordinary deserializer.
 
-Serializers leave old memory in the bytes between fields. So bytes that may be anything
-are not compared: those behind names, if the deserializer reads the same with all of them changed,
-and those that were seen to differ in messages which the deserializer read as the same names.
+Serializers leave old memory in the bytes between fields, which are not compared.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-import itertools
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,14 +24,8 @@ from msg_adapters.poses import (
     pose_batch,
     PoseBatch,
 )
-from msg_adapters.stamps import stamp_from_msg
-from msg_adapters.wire.fields import (
-    as_bytes,
-    marked_stamps,
-    MARKED_TIME,
-    runs,
-    Serializer,
-)
+from msg_adapters.wire.fields import Serializer
+from msg_adapters.wire.layout import layout
 from msg_adapters.wire.pose_kinds import POSE_KINDS
 from scene_graph_ros.geometry.spatial.record_kernels import are_valid, place_records
 
@@ -48,17 +38,8 @@ _SEEN_KEPT = 256
 """Sets of names remembered to notice when one comes again."""
 
 _NANOSECONDS = 10**9
-_MARKS = itertools.cycle(range(1, 0x60, 2))
-"""Bytes, each with the next one, that numbers are made of to find their places.
-
-Others each time: serializers leave in padding what was in their memory, such as the last marks.
-"""
-
 _STAMP_SIZE = 8
 """Bytes: seconds and nanoseconds."""
-
-_UNIT = 4
-"""Bytes. Fields other than characters begin at multiples of it, as is tried, not trusted."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,8 +101,6 @@ class Layout:
     parents: tuple[str, ...]
     """As they are meant, without leading slashes."""
     width: int
-    texts: tuple[str, ...] = ()
-    """Parents and names as the message has them."""
 
     def stamp(self, data: bytes) -> int:
         """Return the newest stamp of a message of this layout in nanoseconds."""
@@ -219,15 +198,6 @@ class _Recent(NamedTuple):
         return all(data.startswith(text, begin) for begin, text in self.texts)
 
 
-@dataclass
-class _Learnt:
-    """A layout, the message it was learnt from, and which of its bytes may be anything."""
-
-    layout: Layout
-    data: bytes
-    may_be_anything: NDArray[np.bool_]
-
-
 class PoseWire:
     """The layouts of one topic.
 
@@ -235,14 +205,11 @@ class PoseWire:
     know and that turned out to be fine; a layout is made when the same names come again.
     """
 
-    def __init__(
-        self, pose_type: str, serialize: Serializer, deserialize: Callable[[bytes], Any]
-    ) -> None:
+    def __init__(self, pose_type: str, serialize: Serializer) -> None:
         self._kind = POSE_KINDS[pose_type]
-        self._serialize, self._deserialize = serialize, deserialize
+        self._serialize = serialize
         self._places: dict[int, list[_Places]] = {}
         self._layouts: dict[tuple[int, bytes], Layout] = {}
-        self._learnt: dict[tuple[Any, ...], _Learnt] = {}
         self._seen: dict[tuple[Any, ...], None] = {}
         self._recent: dict[int, _Recent | None] = {}
 
@@ -264,140 +231,68 @@ class PoseWire:
         kind = self._kind
         names, parents = tuple(kind.names(message)), tuple(kind.parents(message))
         key = (len(data), names, parents)
-        learnt = self._learnt.get(key)
-        if learnt is not None:
-            learnt.may_be_anything |= _bytes(learnt.data) != _bytes(data)
-            self._remember(key, learnt.layout, data, learnt.may_be_anything)
-        elif key not in self._seen:
+        if key not in self._seen:
             while len(self._seen) >= _SEEN_KEPT:
                 del self._seen[next(iter(self._seen))]
             self._seen[key] = None
-        else:
-            del self._seen[key]
-            meant, within = tuple(map(meant_name, names)), tuple(map(meant_name, parents))
-            # What names a thing twice is to be looked at each time.
-            is_plain = len(set(meant)) == len(meant)
-            places = self._find_places(data, message) if is_plain else None
-            if places is not None:
-                texts = (*dict.fromkeys(parents), *names)
-                layout = Layout(places, meant, within, kind.width, texts)
-                self._remember(key, layout, data, self._padding(data, message, layout))
+            return
+        del self._seen[key]
+        meant, within = tuple(map(meant_name, names)), tuple(map(meant_name, parents))
+        # What names a thing twice is to be looked at each time.
+        is_plain = len(set(meant)) == len(meant)
+        places = self._find_places(data, message) if is_plain else None
+        if places is not None:
+            self._remember(Layout(places, meant, within, kind.width), data)
 
-    def _remember(
-        self,
-        key: tuple[Any, ...],
-        layout: Layout,
-        data: bytes,
-        may_be_anything: NDArray[np.bool_],
-    ) -> None:
-        """Keep a layout that compares all bytes but those that may be anything."""
+    def _remember(self, found: Layout, data: bytes) -> None:
+        """Keep a layout, with the places of others like it."""
         if len(self._layouts) >= _LAYOUTS_KEPT:
             self._layouts.clear()
             self._places.clear()
-            self._learnt.clear()
         self._recent.pop(len(data), None)
         if not self._layouts:
             self._recent.clear()
-        constants = layout.places.constants
-        constants = constants[~may_be_anything[constants]]
-        places = replace(layout.places, constants=constants)
+        places = found.places
         known = self._places.setdefault(len(data), [])
         same = next((one for one in known if one.is_like(places)), None)
         if same is None:
             known.append(places)
-        layout = replace(layout, places=same or places)
-        self._layouts[len(data), layout.places.key(data)] = layout
-        self._learnt[key] = _Learnt(layout, data, may_be_anything)
+        places = same or places
+        self._layouts[len(data), places.key(data)] = replace(found, places=places)
 
     def _find_places(self, data: bytes, message: Any) -> _Places | None:
-        """Probe where stamps and numbers are; None where ``message`` can't be read so."""
-        kind = self._kind
-        mark = next(_MARKS)
-        low, high = (
-            self._serialize(kind.probe(message, MARKED_TIME, _number_of(byte)))
-            for byte in (mark, mark + 1)
-        )
-        # The serializer may give more bytes than the message needs, publishers don't send them.
-        size = min(len(low), len(high), len(data))
-        is_number = (_bytes(low)[:size] == mark) & (_bytes(high)[:size] == mark + 1)
-        stamps, numbers = marked_stamps(low), runs(is_number)
-        if not numbers or any((end - begin) % 8 for begin, end in numbers):
+        """Return where stamps and numbers are; None where ``message`` can't be read so.
+
+        That is without numbers, and where its bytes are not those of the serializer: of another
+        order, by another representation, or with a name in another alphabet than UTF-8.
+        """
+        fields = layout(message)
+        numbers = [field for path in self._kind.numbers for field in fields.within(path)]
+        end = max((field.end for field in numbers if field.end > field.begin), default=0)
+        is_field = ~fields.is_padding()[:end]
+        ours = _bytes(self._serialize(message))
+        if not (0 < end <= min(len(data), len(ours))):
             return None
-        is_constant = ~is_number
+        if not np.array_equal(ours[:end][is_field], _bytes(data)[:end][is_field]):
+            return None
+        is_number = np.zeros(end, dtype=np.bool_)
+        for field in numbers:
+            is_number[field.begin : field.end] = True
+        is_constant = is_field & ~is_number
+        stamps = fields.begins(self._kind.stamps)
         for place in stamps:
             is_constant[place : place + _STAMP_SIZE] = False
-        is_constant[numbers[-1][1] :] = False
-        gather = np.flatnonzero(is_number) if len(numbers) > 1 else None
-        places = _Places(
+        gather = np.flatnonzero(is_number)
+        first = int(gather[0])
+        is_in_row = end - first == len(gather)
+        return _Places(
             np.flatnonzero(is_constant),
             tuple(stamps),
-            numbers[0][0],
-            int(np.count_nonzero(is_number)) // 8,
-            gather,
+            first,
+            len(gather) // 8,
+            None if is_in_row else gather,
         )
-        return places if self._reads(places, data, message) else None
-
-    def _reads(self, places: _Places, data: bytes, message: Any) -> bool:
-        """Tell whether the places give the same as the ordinary way."""
-        kind = self._kind
-        expected = as_bytes(kind.numbers(message), np.float64)
-        if places.numbers(data).tobytes() != expected:
-            return False
-        stamps = [stamp_from_msg(stamp) for stamp in kind.stamps(message)]
-        return [places.stamp(data, i) for i in range(len(places.stamps))] == stamps
-
-    def _padding(self, data: bytes, message: Any, layout: Layout) -> NDArray[np.bool_]:
-        """Return a mask of the bytes that may be anything, as far as a trial shows."""
-        result = np.zeros(len(data), dtype=bool)
-        for guess in (_behind_names(data, layout), _before_numbers(data, layout)):
-            guess &= np.isin(np.arange(len(data)), layout.places.constants)
-            changed = _bytes(data).copy()
-            changed[guess] ^= 0xFF
-            try:
-                same = self._deserialize(changed.tobytes())
-            except Exception:  # noqa: BLE001, S112 - the guess was wrong, whatever says so
-                continue
-            if self._describes(same) == self._describes(message):
-                result |= guess
-        return result
-
-    def _describes(self, message: Any) -> tuple[Any, ...]:
-        kind = self._kind
-        numbers = as_bytes(kind.numbers(message), np.float64)
-        stamps = [stamp_from_msg(stamp) for stamp in kind.stamps(message)]
-        return list(kind.names(message)), list(kind.parents(message)), stamps, numbers
-
-
-def _number_of(byte: int) -> float:
-    """Return the number whose bytes are all the same."""
-    return float(np.frombuffer(bytes([byte] * 8), np.float64)[0])
 
 
 def _bytes(data: bytes) -> NDArray[np.uint8]:
     return np.frombuffer(data, np.uint8)
-
-
-def _behind_names(data: bytes, layout: Layout) -> NDArray[np.bool_]:
-    """Guess the bytes that only fill up the space behind names."""
-    result, position = np.zeros(len(data), dtype=bool), 0
-    for name in filter(None, layout.texts):
-        text = name.encode() + b"\0"
-        position = data.find(text, position) + len(text)
-        if position < len(text):
-            break
-        result[position : position + -position % _UNIT] = True
-    return result
-
-
-def _before_numbers(data: bytes, layout: Layout) -> NDArray[np.bool_]:
-    """Guess the bytes that only fill up the space before numbers."""
-    result = np.zeros(len(data), dtype=bool)
-    first = layout.places.first_number
-    before = data[first - _UNIT : first]
-    # Not what may say how many numbers or poses follow, whatever names there are: the middleware
-    # prints where a count is too large.
-    count = layout.places.count
-    counts = {int.from_bytes(before, order) for order in ("little", "big")}
-    if counts.isdisjoint((count, count // layout.width)):
-        result[first - _UNIT : first] = True
-    return result

@@ -1,13 +1,13 @@
 """Triangles as bytes: TRIANGLE_LIST markers whose corners and colours change at each update.
 
 The corners of a marker are objects of a message, tens of thousands of them where a surface is
-shown; here they are one array that goes between the bytes around them. The places are found by
-marks (see ``wire.fields``).
+shown; here they are one array that goes between the bytes around them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from copy import copy
 from typing import NamedTuple
 
 from geometry_msgs.msg import Point
@@ -16,24 +16,21 @@ from numpy.typing import NDArray
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
-from msg_adapters.wire.fields import (
-    as_bytes,
-    find_count,
-    find_once,
-    marked_numbers,
-    marked_stamps,
-    MARKED_TIME,
-    Serializer,
+from msg_adapters.wire.fields import as_bytes, Serializer
+from msg_adapters.wire.layout import layout
+from msg_adapters.wire.marker_fill import (
+    ALIGNMENT,
+    COUNT,
+    FIRST,
+    gap_behind,
+    marker_before,
+    MARKER_STAMPS,
 )
-from msg_adapters.wire.marker_fill import ALIGNMENT, Fill
 
 __all__ = ["Appendix", "TriangleListWire", "append_markers"]
 
 FloatArray = NDArray[np.float64]
 ColorArray = NDArray[np.float32]
-
-_MARKED_COLOR = (-1.5, -2.25, -3.125, -4.0625)
-"""Of no colour; exact as float32."""
 
 
 class _Piece(NamedTuple):
@@ -93,50 +90,41 @@ class TriangleListWire:
         return b"".join([*joined, parts[-1]])
 
     def _probe(self, before: Sequence[Marker]) -> _Piece:
-        (one, marks), (two, more) = (self._marked(count, before) for count in (1, 2))
-        begin = 0 if self._is_whole else marked_stamps(one)[-1]
-        parts, counts, position, shift = [], [], begin, 0
-        for mark, longer in zip(marks, more, strict=True):
-            start = find_once(one, mark)
-            parts.append(one[position:start])
-            counts.append(find_count(parts[-1], two[position + shift : start + shift]))
-            position, shift = start + len(mark), shift + len(longer) - len(mark)
-        stamps = tuple(place - begin for place in marked_stamps(one) if place >= begin)
-        return _Piece((*parts, one[position:]), tuple(counts), stamps)
-
-    def _marked(self, count: int, before: Sequence[Marker]) -> tuple[bytes, list[bytes]]:
-        """Return an array with a marker of ``count`` corners, and the bytes that mark things."""
-        numbers = marked_numbers(3 * count)
-        marker, given = self._marker, self._marker.header.stamp
-        marker.points = [Point(x=x, y=y, z=z) for x, y, z in np.reshape(numbers, (-1, 3)).tolist()]
-        marks = [as_bytes(numbers, np.float64)]
-        if self._has_colors:
-            r, g, b, a = _MARKED_COLOR
-            marker.colors = [ColorRGBA(r=r, g=g, b=b, a=a)] * count
-            marks.append(as_bytes(_MARKED_COLOR * count, np.float32))
-        marker.header.stamp = MARKED_TIME
-        data = self._serialize(MarkerArray(markers=[*before, marker]))
-        marker.points, marker.colors, marker.header.stamp = [], [], given
-        return data, marks
+        """Find the bytes around the corners, and around the colours, of a marker with one."""
+        marker = copy(self._marker)
+        marker.points, marker.colors = [Point()], [ColorRGBA()] * self._has_colors
+        message = MarkerArray(markers=[*before, marker])
+        fields, data = layout(message), self._serialize(message)
+        stamps = fields.begins(MARKER_STAMPS)
+        begin = 0 if self._is_whole else stamps[-1]
+        parts, counts, position = [], [], begin
+        sequences = (("points", "x"), ("colors", "r"))[: 1 + self._has_colors]
+        for name, first in sequences:
+            start = fields.begins(f"markers.{name}.{first}")[-1]
+            counts.append(fields.begins(f"markers.{name}[]")[-1] - position)
+            parts.append(data[position:start])
+            position = fields.within(f"markers.{name}")[-1].end
+        inner = tuple(stamp - begin for stamp in stamps if stamp >= begin)
+        return _Piece((*parts, data[position:]), tuple(counts), inner)
 
 
 Appendix = Callable[[Sequence[Marker], int], bytes]
 """Returns the bytes of a marker behind others; the second argument says which these are."""
 
 
-def append_markers(data: bytes, appendices: Iterable[Appendix], fill: Fill) -> bytes:
+def append_markers(data: bytes, appendices: Iterable[Appendix]) -> bytes:
     """Return a serialized MarkerArray with more markers behind those that are in it."""
-    count = int(np.frombuffer(data, np.uint32, 1, fill.length)[0])
-    parts = [data if count else data[: fill.first]]
+    count = int(np.frombuffer(data, np.uint32, 1, COUNT)[0])
+    parts = [data if count else data[:FIRST]]
     position = len(parts[0])
     for appendix in appendices:
-        space = fill.gap[position % ALIGNMENT] if count else 0
+        space = gap_behind(position) if count else 0
         position += space
         alignment = position % ALIGNMENT
-        piece = appendix([fill.before[alignment]], alignment)
+        piece = appendix([marker_before(alignment)], alignment)
         parts += (bytes(space), piece)
         position += len(piece)
         count += 1
     result = bytearray(b"".join(parts))
-    result[fill.length : fill.length + 4] = as_bytes(count, np.uint32)
+    result[COUNT : COUNT + 4] = as_bytes(count, np.uint32)
     return bytes(result)

@@ -57,6 +57,7 @@ class Monitor:
         self._lock = threading.Lock()
         self._latencies: deque[float] = deque(maxlen=_LATENCIES)
         self._ticks: deque[int] = deque(maxlen=_LATENCIES)
+        self._sequence = -1
         self.updates = 0
         self.clock_jumps = 0
         self.errors = 0
@@ -67,10 +68,15 @@ class Monitor:
             self.updates += 1
             self._ticks.append(now)
 
-    def published(self, arrival: int, now: int) -> None:
-        """Record that poses which arrived at ``arrival`` went out as contacts at ``now``."""
+    def published(self, sequence: int, arrival: int, now: int) -> None:
+        """Record that poses which arrived at ``arrival`` went out as contacts at ``now`` (ns).
+
+        The first contacts of each ``sequence`` count, the number of the poses' snapshot.
+        """
         with self._lock:
-            self._latencies.append((now - arrival) * 1e-9)
+            if sequence != self._sequence:
+                self._sequence = sequence
+                self._latencies.append((now - arrival) * 1e-9)
 
     def rate(self, now: int) -> float:
         """Return updates per second over the last two seconds."""

@@ -99,7 +99,7 @@ def _serve(ending: Ending, args: Sequence[str]) -> int:
     _spin_until(ending.requested, node)
     look_at_all_again()
     node.destroy_node()
-    return _RECORDING_FAILED if node.server.recording_failed else 0
+    return _RECORDING_FAILED if node.server.recording.has_failed else 0
 
 
 def _usage() -> argparse.ArgumentParser:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import threading
+from functools import partial
 import time
 import traceback
 from typing import Any, TYPE_CHECKING
 
 from rclpy.parameter import Parameter
 
-from msg_adapters.errors import UnavailableError
+from msg_adapters.queries import NO_OPTIONS
 from scene_graph_ros.geometry import SceneGraph
 from scene_graph_ros.node.clock_watch import ClockWatch
 from scene_graph_ros.node.diagnostics import Monitor
@@ -17,18 +17,26 @@ from scene_graph_ros.node.diagnostics_topic import DiagnosticsTopic, Watched
 from scene_graph_ros.node.effects.answer_thread import Found
 from scene_graph_ros.node.effects.declarations import EFFECT_NAMES
 from scene_graph_ros.node.effects.manager import Effects
+from scene_graph_ros.node.recording.on_demand import RecordingOnDemand
 from scene_graph_ros.node.resolved_topics import ResolvedTopics
 from scene_graph_ros.node.runtime.declare import NodeParameters
 from scene_graph_ros.node.runtime.guarded import GuardedNode
 from scene_graph_ros.node.runtime.kernel_supply import KernelSupply
-from scene_graph_ros.node.runtime.loop import OwnThreadGroup, Topic, UpdateLoop
+from scene_graph_ros.node.runtime.loop import OwnThreadGroup, UpdateLoop
 from scene_graph_ros.node.runtime.namesakes import Namesakes
-from scene_graph_ros.node.runtime.parameters import PARAMETERS
 from scene_graph_ros.node.runtime.precedence import Precedence
+from scene_graph_ros.node.runtime.requests import RequestLoop
+from scene_graph_ros.node.services.edit_answers import EditAnswers, EditHooks
+from scene_graph_ros.node.services.plan_action import PlanAction, PlanHooks
+from scene_graph_ros.node.services.queries import QueryScope
+from scene_graph_ros.node.services.query_answers import QueryAnswers
+from scene_graph_ros.node.services.replies import Replies
 from scene_graph_ros.node.services.services import Services
+from scene_graph_ros.node.services.waiting import Waiting
 from scene_graph_ros.node.world.edits import Tools
 from scene_graph_ros.node.world.inputs import message_type
 from scene_graph_ros.node.world.planned_path import PlannedPath
+from scene_graph_ros.node.world.regions_on_demand import RegionsOnDemand
 from scene_graph_ros.node.world.scenes import loader_of, SceneLoader
 from scene_graph_ros.node.world.subscriptions import Subscriptions
 from scene_graph_ros.node.world.world import World, WorldSnapshot
@@ -58,8 +66,7 @@ class Server:
         self._given_scene_graph = scene_graph
         self.world_frame: str = self.parameter("world_frame")
         self.group = OwnThreadGroup()
-        self.recorder: Recorder | None = None
-        self.recording_failed = False
+        self.recording = RecordingOnDemand(node, self.parameter)
         self.channels: Channels | None = None
         self._diagnostics = DiagnosticsTopic(node, self.parameter)
         self._monitor = Monitor()
@@ -69,7 +76,7 @@ class Server:
             node,
             self.group,
             self._update,
-            topics=self._follow_scene,
+            topics=lambda: self._subscriptions.follow_scene(),  # noqa: PLW0108 - made later
             max_rate=lambda: self.parameter("max_update_rate"),
             min_rate=lambda: self.parameter("min_update_rate"),
             precedence=self._precedence,
@@ -78,10 +85,7 @@ class Server:
         self._topics = ResolvedTopics(node)
         self._is_configured = False
         self._is_active = False
-        self._timed_sequence = -1
         self._planned: PlannedPath | None = None
-        self._regions: KeptRegions | None = None
-        self._regions_lock = threading.Lock()
         node.add_post_set_parameters_callback(self._follow_parameters)
 
     @property
@@ -93,6 +97,11 @@ class Server:
     def effects(self) -> Effects:
         """The effects; only there while configured."""
         return self._effects
+
+    @property
+    def recorder(self) -> Recorder | None:
+        """The recorder, None where nothing is recorded."""
+        return self.recording.recorder
 
     @property
     def troubles(self) -> tuple[Trouble, ...]:
@@ -110,10 +119,6 @@ class Server:
     def pose_topics(self, snapshot: WorldSnapshot) -> dict[str, str]:
         """Return the absolute name of each source's pose topic, subscribed to yet or not."""
         return self._topics.of(snapshot, "poses")
-
-    def configuration_topics(self, snapshot: WorldSnapshot) -> dict[str, str]:
-        """Return the same of the configurations of sources with deformable geometry."""
-        return self._topics.of(snapshot, "configurations")
 
     def publishers_changed(self) -> None:
         """Follow other publishers than before."""
@@ -162,17 +167,7 @@ class Server:
 
     def kept_regions(self) -> KeptRegions | None:
         """Return the regions that are kept, None before the first."""
-        return self._regions
-
-    def regions(self) -> KeptRegions:
-        """Return the kept regions, made when they are first asked for."""
-        from scene_graph_ros.node.world.kept_regions import KeptRegions
-
-        with self._regions_lock:
-            if self._regions is None:
-                world = self._world
-                self._regions = KeptRegions(lambda: world.snapshot, self._regions_changed)
-            return self._regions
+        return self._regions.existing
 
     def _regions_changed(self, count: int) -> None:
         self._effects.keeps("regions", count)
@@ -180,53 +175,27 @@ class Server:
 
     def contacts_published(self, snapshot: WorldSnapshot) -> None:
         """Take the time from the arrival of poses to their contacts."""
-        if snapshot.arrival is not None and snapshot.sequence != self._timed_sequence:
-            self._timed_sequence = snapshot.sequence
-            self._monitor.published(snapshot.arrival, time.monotonic_ns())
+        if snapshot.arrival is not None:
+            self._monitor.published(snapshot.sequence, snapshot.arrival, time.monotonic_ns())
 
     def configure(self) -> None:
         """Load the scene and offer the services."""
         loader = loader_of(self.parameter, message_type, EFFECT_NAMES)
-        self._begin_recording(loader)
+        self.recording.begin(
+            lambda: loader.text(self.parameter("scene")), self._given_scene_graph is not None
+        )
+        self.channels = None
         try:
-            self._open_channels()
+            if self.parameter("browser"):
+                from scene_graph_ros.node.effects.browser_channels import open_channels
+
+                self.channels = open_channels(
+                    self.node, self.request_update, lambda: self.world.snapshot
+                )
             self._configure(loader)
         except BaseException:
-            self._end_recording()
+            self.recording.end()
             raise
-
-    def _open_channels(self) -> None:
-        """Offer topics to clients of the view in a browser, where the parameter asks for it."""
-        self.channels = None
-        if self.parameter("browser"):
-            from scene_graph_ros.node.effects.browser_channels import open_channels
-
-            self.channels = open_channels(
-                self.node, self.request_update, lambda: self.world.snapshot
-            )
-
-    def _begin_recording(self, loader: SceneLoader) -> None:
-        """Record from before the world is made, where the parameter asks for it."""
-        if not self.parameter("record"):
-            return
-        try:
-            from scene_graph_ros.node.recording.recorder import Recorder
-        except ModuleNotFoundError as error:
-            raise UnavailableError(f"the parameter record needs a package: {error}") from error
-
-        text = loader.text(self.parameter("scene"))
-        recorder = Recorder(
-            self.node, self.parameter("record"), self.parameter("record_max_bytes")
-        )
-        values = {parameter.name: self.parameter(parameter.name) for parameter in PARAMETERS}
-        recorder.begin(values, text, self._given_scene_graph is not None)
-        self.recorder = recorder
-
-    def _end_recording(self) -> None:
-        recorder, self.recorder = self.recorder, None
-        if recorder is not None:
-            recorder.close()
-            self.recording_failed |= bool(recorder.failure())
 
     def _received(self, topic: Any, data: bytes) -> None:
         if self.recorder is not None:
@@ -244,8 +213,8 @@ class Server:
         if scene:
             world.edit(lambda edit: loader.load(edit, scene))
         self._world = world
-        self._timed_sequence = -1
-        self._planned = self._regions = None
+        self._planned = None
+        self._regions = RegionsOnDemand(lambda: world.snapshot, self._regions_changed)
         self._descriptions: Descriptions | None = None
         self._kernels = KernelSupply(self.node.get_logger(), self._kernels_came)
         self._subscriptions = Subscriptions(
@@ -260,8 +229,7 @@ class Server:
         self._loader = loader
         self._effects = Effects(self, lack=self._kernels.lack)
         self._effects.switch_off(world.effects_off)
-        tools = Tools(loader.resolve, message_type, loader.load_request, loader.requested_text)
-        self._services = Services(self, world, self._effects, tools)
+        self._services = self._offer_services(loader)
         watched = Watched(
             world,
             self._subscriptions.all,
@@ -282,6 +250,47 @@ class Server:
         )
         self._is_configured = True
 
+    def _offer_services(self, loader: SceneLoader) -> Services:
+        """Hand each service the parts that it uses, and let them answer."""
+        node, world, effects, parameter = self.node, self._world, self._effects, self.parameter
+        text = loader.requested_text
+        replies = Replies(world, node.get_logger())
+        loop = RequestLoop(
+            node,
+            threads=parameter("service_threads"),
+            most_waiting=lambda: parameter("max_waiting_requests"),
+        )
+        waiting = Waiting(world, self.is_running, post=loop.post, set_alarm=loop.set_alarm)
+        queries = QueryAnswers(
+            lambda: QueryScope(
+                world.snapshot, NO_OPTIONS, parameter, self._topics.of, self._regions.made, text
+            ),
+            waiting,
+            replies,
+            parameter=parameter,
+            lack_of_kernels=self.lack_of_kernels,
+            record=effects.record,
+        )
+        edits = EditAnswers(
+            world,
+            Tools(loader.resolve, message_type, loader.load_request, text),
+            replies,
+            EditHooks(effects.prepare, self.scene_changed, lambda: self.recorder, self._topics.of),
+            parameter=parameter,
+            logger=node.get_logger(),
+        )
+        plans = PlanAction(
+            node,
+            world,
+            loop,
+            replies,
+            PlanHooks(
+                text, self.plan_found, partial(effects.record, "planning"), self.lack_of_kernels
+            ),
+            parameter=parameter,
+        )
+        return Services(loop, waiting, replies, queries, edits, plans, effects.reports)
+
     def activate(self) -> None:
         """Take in poses and publish; where that fails, all is as before."""
         self._is_active = True
@@ -292,7 +301,7 @@ class Server:
             raise
 
     def _begin(self) -> None:
-        self._follow_scene()
+        self._subscriptions.follow_scene()
         self._effects.open()
         snapshot = self._world.snapshot
         self._effects.update(snapshot)
@@ -329,7 +338,7 @@ class Server:
             self._clock.close()
             self._services.close()
             self._kernels.stop()
-            self._end_recording()
+            self.recording.end()
 
     def stop(self) -> None:
         """End all activity, in any state."""
@@ -342,9 +351,6 @@ class Server:
         self.request_update()
 
     # What happens while it runs.
-
-    def _follow_scene(self) -> list[Topic]:
-        return self._subscriptions.follow_scene()
 
     def _describe(self, name: str, text: str, told: Callable[[str], None]) -> None:
         """Have a robot become as a text describes it; the thread for that comes with the first."""

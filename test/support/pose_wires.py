@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from geometry_msgs.msg import PoseStamped, Quaternion, Transform, TransformStamped, Vector3
 import numpy as np
-from rclpy.serialization import deserialize_message, serialize_message
+from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState, MultiDOFJointState
 
 from msg_adapters.wire.poses import PoseWire
@@ -33,15 +33,14 @@ def transform(rng):
     )
 
 
-def wire_of(pose_type, serialize=serialize_message, kind=None):
+def wire_of(pose_type, serialize=serialize_message):
     """Return a wire that knows nothing yet."""
-    kind = kind or CLASSES[pose_type]
-    return PoseWire(pose_type, serialize, lambda data: deserialize_message(data, kind))
+    return PoseWire(pose_type, serialize)
 
 
 def taught(pose_type, *messages):
     """Return a wire that has seen each message twice."""
-    wire = wire_of(pose_type, kind=type(messages[0]))
+    wire = wire_of(pose_type)
     for message in messages * 2:
         data = serialize_message(message)
         if wire.find(data) is None:

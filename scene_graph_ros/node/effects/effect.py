@@ -37,9 +37,12 @@ class Host(Protocol):
     node: Node
     group: CallbackGroup
     world_frame: str
-    recorder: Recorder | None
     channels: Channels | None
     """Topics that clients of the view in a browser may subscribe to."""
+
+    @property
+    def recorder(self) -> Recorder | None:
+        """The recorder, None where nothing is recorded."""
 
     @property
     def troubles(self) -> tuple[Trouble, ...]:

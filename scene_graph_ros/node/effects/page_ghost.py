@@ -149,7 +149,7 @@ class Ghost:
         return tuple(sorted(ids.union(more)))
 
     def geometries(self) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Return ids ``(n,)`` of all that the dragged joints carry, and poses ``(n, 4, 4)`` in W."""
+        """Return ids ``(n,)`` of all that dragged joints carry, and poses ``(n, 4, 4)`` in W."""
         ids, X_WGs = moved_geometries(self.robots, self.snapshot, self.q[np.newaxis], self.moving)
         return ids, X_WGs[0]
 

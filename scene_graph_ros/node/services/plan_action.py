@@ -17,6 +17,7 @@ from action_msgs.msg import GoalStatus, GoalStatusArray
 from action_msgs.srv import CancelGoal
 import numpy as np
 from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.node import Node
 
 from msg_adapters.errors import MessageError, TooLargeError, UnavailableError
 from scene_graph_msgs.action import PlanPath
@@ -28,10 +29,11 @@ from scene_graph_ros.node.runtime.names import PLAN_PATH
 from scene_graph_ros.node.runtime.qos import feedback_qos, latched_qos
 from scene_graph_ros.node.runtime.requests import RequestLoop
 from scene_graph_ros.node.services.queries import kernels_of_clouds
+from scene_graph_ros.node.services.replies import Replies
 from scene_graph_ros.node.world.planned_path import PlannedPath
 from scene_graph_ros.node.world.world import World
 
-__all__ = ["PlanAction"]
+__all__ = ["PlanAction", "PlanHooks"]
 
 Heard = Callable[[Any], None]
 Done = Callable[[Any, PlannedPath | None], None]
@@ -57,27 +59,38 @@ _PLANNERS = {
 """The module beside this one that works on goals of each planner, and the kernels it calls."""
 
 
+@dataclass(frozen=True)
+class PlanHooks:
+    """Parts of the node for its plans.
+
+    ``text`` returns the path and the text of a file; ``found`` gets each path that was found;
+    ``record`` the seconds that a goal took; ``lack_of_kernels`` is a sentence about a group of
+    kernels that is not ready, "" where it is.
+    """
+
+    text: Callable[[str], tuple[str, str]]
+    found: Callable[[PlannedPath], None]
+    record: Callable[[float], None]
+    lack_of_kernels: Callable[[str], str]
+
+
 class PlanAction:
     """Offers ``~/plan_path``; plans one path at a time, beside everything else."""
 
     def __init__(
         self,
-        host: Any,
+        node: Node,
         world: World,
         loop: RequestLoop,
+        replies: Replies,
+        hooks: PlanHooks,
         *,
-        refuse: Callable[[str, Any, Exception], Any],
-        answered: Callable[[float], None],
-        text: Callable[[str], tuple[str, str]],
+        parameter: Callable[[str], Any],
     ) -> None:
-        """Offer it by ``loop``, before its start.
-
-        ``refuse`` fills a result with an error, and tells of it; ``answered`` is told how many
-        seconds a goal took; ``text`` returns the path and the text of a file.
-        """
-        self._text = text
-        self._host, self._world, self._refuse, self._answered = host, world, refuse, answered
-        node, parts = host.node, PlanPath.Impl
+        """Offer it by ``loop``, before its start."""
+        self._node, self._world, self._replies = node, world, replies
+        self._hooks, self._parameter = hooks, parameter
+        parts = PlanPath.Impl
         publish = partial(node.create_publisher, callback_group=OwnThreadGroup())
         self._publishers = (
             publish(parts.FeedbackMessage, f"{PLAN_PATH}/_action/feedback", feedback_qos()),
@@ -92,7 +105,7 @@ class PlanAction:
                 self._crowded,
                 lambda: _cancelled("its turn had not come yet"),
                 _waits,
-                lambda: int(host.parameter("max_waiting_plans")),
+                lambda: int(parameter("max_waiting_plans")),
             ),
             publish_feedback=self._tell_feedback,
             publish_status=status,
@@ -138,7 +151,7 @@ class PlanAction:
     def destroy(self) -> None:
         """Stop being advertised."""
         for publisher in self._publishers:
-            self._host.node.destroy_publisher(publisher)
+            self._node.destroy_publisher(publisher)
 
     def _tell_feedback(self, message: Any) -> None:
         self._tell(self._publishers[0], message)
@@ -151,7 +164,7 @@ class PlanAction:
             publisher.publish(message)
         except RCLError:
             # A program may shut ROS down before it destroys the node: nobody is left to hear it.
-            if self._host.node.context.ok():
+            if self._node.context.ok():
                 raise
 
     def _plan(self, goal: Goal) -> GoalEnd:
@@ -160,30 +173,32 @@ class PlanAction:
             module, kernels = _planner(goal.request.planner)
             snapshot = self._world.snapshot
             groups = (*kernels, *kernels_of_clouds(snapshot))
-            lacks = [self._host.lack_of_kernels(group) for group in groups]
+            lacks = [self._hooks.lack_of_kernels(group) for group in groups]
             if any(lacks):
                 raise UnavailableError(f"not yet: {'; '.join(filter(None, lacks))}")
             plans = importlib.import_module(f"{__package__}.{module}")
-            result, path = plans.plan(goal, snapshot, self._host.parameter, self._text, self._now)
+            text = self._hooks.text
+            result, path = plans.plan(goal, snapshot, self._parameter, text, self._now)
             if path is not None:
-                self._host.plan_found(path)
+                self._hooks.found(path)
                 if goal.id in self._own:
                     self._own[goal.id].path = path
         except Exception as error:  # noqa: BLE001 - every goal has an end
-            result = self._refuse("PlanPath", PlanPath.Result(), error)
+            result = self._replies.refuse("PlanPath", PlanPath.Result(), error)
             return GoalEnd(GoalStatus.STATUS_ABORTED, result)
-        self._answered(time.monotonic() - begin)
+        self._replies.counts.answered()
+        self._hooks.record(time.monotonic() - begin)
         return GoalEnd(_STATUSES.get(result.failure, GoalStatus.STATUS_ABORTED), result)
 
     def _now(self) -> int:
-        return int(self._host.node.get_clock().now().nanoseconds)
+        return int(self._node.get_clock().now().nanoseconds)
 
     def _crowded(self, waiting: int) -> Any:
         error = TooLargeError(
             f"{waiting} goals wait for their turn already, and max_waiting_plans is"
-            f" {self._host.parameter('max_waiting_plans')}"
+            f" {self._parameter('max_waiting_plans')}"
         )
-        return self._refuse("PlanPath", PlanPath.Result(), error)
+        return self._replies.refuse("PlanPath", PlanPath.Result(), error)
 
     def _overload(self, kind: Any, error: Exception) -> Any:
         """Return the response to a request that the node has no room for."""
@@ -191,7 +206,7 @@ class PlanAction:
         if kind is CancelGoal:
             response.return_code = CancelGoal.Response.ERROR_REJECTED
         elif kind is PlanPath.Impl.GetResultService:
-            self._refuse("PlanPath", response.result, error)
+            self._replies.refuse("PlanPath", response.result, error)
         return response
 
 

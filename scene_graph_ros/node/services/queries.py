@@ -55,7 +55,7 @@ __all__ = ["QUERIES", "Query", "QueryScope", "kernels_of_clouds"]
 T = TypeVar("T")
 
 
-def _no_topics(snapshot: WorldSnapshot) -> Mapping[str, str]:
+def _no_topics(snapshot: WorldSnapshot, noun: str) -> Mapping[str, str]:
     return {}
 
 
@@ -71,15 +71,15 @@ def _no_text(resource: str) -> tuple[str, str]:
 class QueryScope:
     """The base of an answer: a snapshot, the options of the request, and the limits.
 
-    ``regions`` returns the kept regions, ``text`` the path and the text of a file; ``tally``
-    counts the rows of the answer while it is computed.
+    ``topics`` returns a snapshot's topics by source, for "poses" or "configurations",
+    ``regions`` the kept regions, ``text`` the path and the text of a file; ``tally`` counts the
+    rows of the answer while it is computed.
     """
 
     snapshot: WorldSnapshot
     options: Options
     limit: Callable[[str], Any]
-    pose_topics: Callable[[WorldSnapshot], Mapping[str, str]] = _no_topics
-    configuration_topics: Callable[[WorldSnapshot], Mapping[str, str]] = _no_topics
+    topics: Callable[[WorldSnapshot, str], Mapping[str, str]] = _no_topics
     regions: Callable[[], KeptRegions] = _no_regions
     text: Callable[[str], tuple[str, str]] = _no_text
     tally: Tally = field(init=False)

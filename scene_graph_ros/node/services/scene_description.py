@@ -39,8 +39,8 @@ def describe(request: Any, response: Any, scope: QueryScope) -> None:
 def _describe_sources(response: Any, scope: QueryScope, records: list[SourceRecord]) -> None:
     """Fill the sources: ids, names, topics, and the stamp of each one's newest poses."""
     snapshot = scope.snapshot
-    pose_topics = scope.pose_topics(snapshot)
-    configuration_topics = scope.configuration_topics(snapshot)
+    pose_topics = scope.topics(snapshot, "poses")
+    configuration_topics = scope.topics(snapshot, "configurations")
     response.sources = [
         source_to_msg(
             record.id,

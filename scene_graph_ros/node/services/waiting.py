@@ -94,6 +94,10 @@ class Waiting:
         self._lock = threading.Lock()
         self._waiting: list[PendingAnswer] = []
 
+    def can_wait(self, requirement: PoseRequirement) -> bool:
+        """Tell whether poses may still come for a request, within its time."""
+        return requirement.seconds > 0.0 and self._is_running()
+
     def add(self, pending: PendingAnswer, limit: int) -> bool:
         """Answer a request when its time has come; return False where ``limit`` wait already."""
         with self._lock:

@@ -104,7 +104,7 @@ class QueuedChannel(SourceChannel[Reading, SourceFrames]):
         super().__init__(record, intake, kind)
         self._wire: PoseWire | None = None
         if type_name in POSE_KINDS:
-            self._wire = PoseWire(type_name, serialize_message, self._deserialize)
+            self._wire = PoseWire(type_name, serialize_message)
         self._lock = threading.Lock()
         self._begin()
         self._frames: SourceFrames | None = None

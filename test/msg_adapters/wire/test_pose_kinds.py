@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import struct
 from types import SimpleNamespace
 
 from geometry_msgs.msg import PoseStamped, TransformStamped
@@ -21,7 +20,6 @@ from msg_adapters.poses import (
     poses_from_transform_stamped,
 )
 from msg_adapters.stamps import stamp_to_msg
-from msg_adapters.wire.poses import PoseWire
 
 
 @pytest.fixture
@@ -77,49 +75,21 @@ def test_transform_stamped(rng):
     assert wire.find(serialize_message(stamped(rng, child="toot"))) is None
 
 
-class Transforms(SimpleNamespace):
-    """A list of stamped transforms: what a TFMessage is, where tf2_msgs is not installed."""
-
-    def __init__(self, transforms):
-        super().__init__(transforms=transforms)
-
-
-def bytes_of_transforms(message):
-    """Serialize a list of stamped transforms as CDR does, little-endian."""
-    data = struct.pack("<I", len(message.transforms))
-
-    def aligned(size):
-        return data + b"\0" * (-len(data) % size)
-
-    for t in message.transforms:
-        stamp = t.header.stamp
-        data = aligned(4) + struct.pack("<iI", stamp.sec, stamp.nanosec)
-        for text in (t.header.frame_id, t.child_frame_id):
-            encoded = text.encode() + b"\0"
-            data = aligned(4) + struct.pack("<I", len(encoded)) + encoded
-        p, q = t.transform.translation, t.transform.rotation
-        data = aligned(8) + struct.pack("<7d", p.x, p.y, p.z, q.x, q.y, q.z, q.w)
-    return b"\0\1\0\0" + data
-
-
 def test_transforms_with_stamps_and_names_between_their_numbers(rng):
     """Each transform has a stamp of its own, and one too old leaves all to be judged alone."""
+    kind = message_class("tf2_msgs", "TFMessage")
     names = ["a", "bcd", "efghij", "kl"]
 
     def message(*stamps):
         parts = zip(names, stamps, strict=True)
-        return Transforms([stamped(rng, name, STAMP + stamp) for name, stamp in parts])
+        return kind(transforms=[stamped(rng, name, STAMP + stamp) for name, stamp in parts])
 
-    first = message(1, 2, 3, 4)
-    wire = PoseWire("tf2_msgs/msg/TFMessage", bytes_of_transforms, lambda data: first)
-    for _ in range(2):
-        wire.learn(bytes_of_transforms(first), first)
+    wire = taught("tf2_msgs/msg/TFMessage", message(1, 2, 3, 4))
     later = message(9, 7, 0, 8)
-    data = bytes_of_transforms(later)
-    layout = wire.find(data)
+    data, layout = known(wire, later)
     assert_same(layout.poses(data), poses_from_tf(later))
     assert_places(layout, data, poses_from_tf(later))
-    late = bytes_of_transforms(message(9, 7, 8, -1))
+    late = serialize_message(message(9, 7, 8, -1))
     target = Target(4)
     assert not target.place(wire.find(late), late)
     assert target.is_untouched

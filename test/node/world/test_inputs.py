@@ -6,7 +6,7 @@ import math
 import os
 import struct
 
-from geometry_msgs.msg import Quaternion, Transform, Vector3
+from geometry_msgs.msg import Quaternion, Transform
 import numpy as np
 import pytest
 from rclpy.serialization import serialize_message
@@ -14,13 +14,8 @@ from sensor_msgs.msg import MultiDOFJointState
 
 from msg_adapters.poses import PoseBatch
 from msg_adapters.stamps import EARLIEST, LATEST
-from msg_adapters.wire.fields import (
-    find_once,
-    marked_numbers,
-    marked_stamps,
-    MARKED_TIME,
-    Patchable,
-)
+from msg_adapters.wire.fields import Patchable
+from msg_adapters.wire.layout import layout
 from msg_adapters.wire.poses import Layout
 from scene_graph_ros.geometry import GeometryFrame, SceneGraph
 from scene_graph_ros.geometry.spatial.quaternion_kernels import poses_from_quaternions_kernel
@@ -40,15 +35,11 @@ NAMES = ("a", "b", "c")
 
 def pose_template(names, parent=""):
     """Return the bytes of a message about frames, with the places of stamp and poses."""
-    numbers = np.array(marked_numbers(7 * len(names))).reshape(-1, 7)
-    message = MultiDOFJointState(joint_names=names)
-    message.header.stamp, message.header.frame_id = MARKED_TIME, parent
-    for x, y, z, *q in numbers.tolist():
-        rotation = Quaternion(**dict(zip("xyzw", q, strict=True)))
-        message.transforms.append(Transform(translation=Vector3(x=x, y=y, z=z), rotation=rotation))
-    data = serialize_message(message)
-    first = find_once(data, numbers.tobytes())
-    return Patchable(data, marked_stamps(data), [first + 56 * i for i in range(len(names))], 7)
+    message = MultiDOFJointState(joint_names=names, transforms=[Transform() for _ in names])
+    message.header.frame_id = parent
+    fields = layout(message)
+    places = fields.begins("transforms.translation.x")
+    return Patchable(serialize_message(message), [fields.begin("header.stamp.sec")], places, 7)
 
 
 def batch_of(name, stamp):
@@ -290,7 +281,7 @@ def test_a_stamp_that_is_no_time_is_refused_with_its_value(source, is_known):
         source.channel._wire.find = lambda data: None
     source.send(NOW + 1, a=1)
     template = source.templates[("a",), ""]
-    (place,) = marked_stamps(pose_template(["a"]).data())
+    place = layout(MultiDOFJointState()).begin("header.stamp.sec")
     odd = bytearray(template.data())
     odd[place : place + 8] = struct.pack("=iI", NOW // 10**9 - 1, 10**9)
     source.channel.store(bytes(odd), 1)

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from scene_graph_ros.geometry.compiled.dispatch import by_kind
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, merged_kernel
 from scene_graph_ros.geometry.compiled.stack_arrays import stack_array
 from scene_graph_ros.geometry.narrowphase.convex_distance import convex_distance_in, new_workspace
@@ -25,6 +26,7 @@ from scene_graph_ros.geometry.query.distance.closed_forms import (
 from scene_graph_ros.geometry.query.distance.distance_convex_mesh import distance_convex_mesh
 from scene_graph_ros.geometry.query.distance.distance_mesh_mesh import distance_mesh_mesh
 from scene_graph_ros.geometry.query.distance.distance_sphere_mesh import distance_sphere_mesh
+from scene_graph_ros.geometry.shapes.every_kind import every_kind
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.spatial.vectors import (
     load_vector,
@@ -33,10 +35,6 @@ from scene_graph_ros.geometry.spatial.vectors import (
 __all__ = ["are_turned", "core_of", "distance_pair"]
 
 SPHERE_KIND = int(ShapeKind.SPHERE)
-CAPSULE_KIND = int(ShapeKind.CAPSULE)
-BOX_KIND = int(ShapeKind.BOX)
-CYLINDER_KIND = int(ShapeKind.CYLINDER)
-ELLIPSOID_KIND = int(ShapeKind.ELLIPSOID)
 HALF_SPACE_KIND = int(ShapeKind.HALF_SPACE)
 MESH_KIND = int(ShapeKind.MESH)
 
@@ -49,24 +47,67 @@ _simplex, _corners, _weights = (stack_array(part.shape, part.dtype) for part in 
 
 
 @inlined_kernel
+def _sphere_core(size):
+    return POINT, -1, size[0], (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@inlined_kernel
+def _capsule_core(size):
+    return SEGMENT, -1, size[0], (size[1], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@inlined_kernel
+def _box_core(size):
+    return BOX, -1, 0.0, (size[0], size[1], size[2], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@inlined_kernel
+def _cylinder_core(size):
+    return CYLINDER, -1, 0.0, (size[0], size[1], size[2], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@inlined_kernel
+def _ellipsoid_core(size):
+    return ELLIPSOID, -1, 0.0, (size[0], size[1], size[2], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@inlined_kernel
+def _hull_core(table, i, size):
+    hull = np.int64(table.hulls.block_start[table.hull[i]])
+    return HULL, hull, 0.0, (size[0], size[1], size[2], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@inlined_kernel
+def _no_core():
+    """All pairs of a half space have closed forms."""
+    return POINT, -1, math.nan, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@inlined_kernel
+def _size(table, i):
+    return load_vector(table.size, i)
+
+
+@by_kind(
+    inlined_kernel,
+    ["table.kind[i]"],
+    every_kind(
+        "cores",
+        {
+            ShapeKind.SPHERE: _sphere_core,
+            ShapeKind.CAPSULE: _capsule_core,
+            ShapeKind.BOX: _box_core,
+            ShapeKind.CYLINDER: _cylinder_core,
+            ShapeKind.ELLIPSOID: _ellipsoid_core,
+            ShapeKind.HALF_SPACE: _no_core,
+            ShapeKind.CONVEX: _hull_core,
+            ShapeKind.MESH: _hull_core,
+        },
+    ),
+    given={"size": _size},
+)
 def core_of(table, i):
     """Return the core (see ``narrowphase.cores.kinds``) of row i; a mesh gives its convex hull."""
-    kind = table.kind[i]
-    x, y, z = table.size[i, 0], table.size[i, 1], table.size[i, 2]
-    if kind == SPHERE_KIND:
-        return POINT, -1, x, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    if kind == CAPSULE_KIND:
-        return SEGMENT, -1, x, (y, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    core_kind, hull = HULL, -1
-    if kind == BOX_KIND:
-        core_kind = BOX
-    elif kind == CYLINDER_KIND:
-        core_kind = CYLINDER
-    elif kind == ELLIPSOID_KIND:
-        core_kind = ELLIPSOID
-    else:
-        hull = table.hulls.block_start[table.hull[i]]
-    return core_kind, np.int64(hull), 0.0, (x, y, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @merged_kernel

@@ -8,11 +8,13 @@ ends at its edge, a cap at its side.
 
 import math
 
+from scene_graph_ros.geometry.compiled.dispatch import by_kind
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.narrowphase.cores.kinds import IDENTITY, ORIGIN
 from scene_graph_ros.geometry.narrowphase.features import curved_support, SMOOTH
 from scene_graph_ros.geometry.query.distance.dispatch import core_of
 from scene_graph_ros.geometry.query.point.point_mesh import border_feature, nearest_triangle
+from scene_graph_ros.geometry.shapes.every_kind import every_kind
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.spatial.vectors import (
     any_orthogonal,
@@ -31,13 +33,6 @@ from scene_graph_ros.geometry.spatial.vectors import (
 from scene_graph_ros.geometry.tolerances import KINK
 
 __all__ = ["local_surfaces"]
-
-_SPHERE = int(ShapeKind.SPHERE)
-_CAPSULE = int(ShapeKind.CAPSULE)
-_BOX = int(ShapeKind.BOX)
-_CYLINDER = int(ShapeKind.CYLINDER)
-_ELLIPSOID = int(ShapeKind.ELLIPSOID)
-_HALF_SPACE = int(ShapeKind.HALF_SPACE)
 
 # Every description is (is smooth, first direction, w0, s0, w1, s1); the second is m x first.
 
@@ -204,25 +199,57 @@ def _mesh(surfaces, k, size, p, m):
 
 
 @inlined_kernel
-def _local_surface(table, i, p, m):
-    """Return the description of row i's surface at its point p with the outward normal m."""
-    kind = table.kind[i]
-    size = load_vector(table.size, i)
-    if kind == _SPHERE:
-        return _round(m, size[0])
-    if kind == _CAPSULE:
-        return _capsule(size, p, m)
-    if kind == _BOX:
-        return _box(size, p, m)
-    if kind == _CYLINDER:
-        return _cylinder(size, p, m)
-    if kind == _ELLIPSOID:
-        return _ellipsoid(core_of(table, i), m)
-    if kind == _HALF_SPACE:
-        return _face(m, 1.0, True)
+def _sphere_of_row(size, m):
+    return _round(m, size[0])
+
+
+@inlined_kernel
+def _ellipsoid_of_row(table, i, m):
+    return _ellipsoid(core_of(table, i), m)
+
+
+@inlined_kernel
+def _half_space_of_row(m):
+    return _face(m, 1.0, True)
+
+
+@inlined_kernel
+def _hull_of_row(table, i, p, m):
+    return _hull(table.hulls, table.hull[i], table.scale[i], p, m)
+
+
+@inlined_kernel
+def _mesh_of_row(table, i, p, m):
     if table.exact[i]:
         return _mesh(table.surfaces, table.surface[i], table.scale[i], p, m)
-    return _hull(table.hulls, table.hull[i], table.scale[i], p, m)
+    return _hull_of_row(table, i, p, m)
+
+
+@inlined_kernel
+def _size(table, i):
+    return load_vector(table.size, i)
+
+
+@by_kind(
+    inlined_kernel,
+    ["table.kind[i]"],
+    every_kind(
+        "surfaces around a point",
+        {
+            ShapeKind.SPHERE: _sphere_of_row,
+            ShapeKind.CAPSULE: _capsule,
+            ShapeKind.BOX: _box,
+            ShapeKind.CYLINDER: _cylinder,
+            ShapeKind.ELLIPSOID: _ellipsoid_of_row,
+            ShapeKind.HALF_SPACE: _half_space_of_row,
+            ShapeKind.CONVEX: _hull_of_row,
+            ShapeKind.MESH: _mesh_of_row,
+        },
+    ),
+    given={"size": _size},
+)
+def _local_surface(table, i, p, m):
+    """Return the description of row i's surface at its point p with the outward normal m."""
 
 
 @lean_kernel

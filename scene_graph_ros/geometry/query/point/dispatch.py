@@ -12,6 +12,7 @@ from scene_graph_ros.geometry.narrowphase.point_ellipsoid import point_ellipsoid
 from scene_graph_ros.geometry.query.point.closed_forms import CLOSED_FORMS
 from scene_graph_ros.geometry.query.point.point_convex import point_convex
 from scene_graph_ros.geometry.query.point.point_mesh import point_mesh
+from scene_graph_ros.geometry.shapes.every_kind import every_kind
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.spatial.vectors import load_vector
 
@@ -52,8 +53,7 @@ POINT_KERNELS = {
 @by_kind(
     inlined_kernel,
     ["table.kind[i]"],
-    POINT_KERNELS,
-    otherwise=point_mesh_within,
+    every_kind("distances of points", {**POINT_KERNELS, ShapeKind.MESH: point_mesh_within}),
     given={"size": _size},
 )
 def distance_point_within(table, i, p_GQ, threshold):
