@@ -151,12 +151,6 @@ class Server:
         """Return the path that was found last, None before the first."""
         return self._planned
 
-    def begin_plan(
-        self, goal: Any, heard: Callable[..., None], done: Callable[..., None]
-    ) -> Callable[[], None]:
-        """Take a goal of plan_path as a client's; return the function that cancels it."""
-        return self._services.plans.begin(goal, heard, done)
-
     def plan_found(self, path: PlannedPath) -> None:
         """Show a path, and look whether it holds, in place of the one before."""
         self._planned = path
@@ -230,6 +224,7 @@ class Server:
         self._effects = Effects(self, lack=self._kernels.lack)
         self._effects.switch_off(world.effects_off)
         self._services = self._offer_services(loader)
+        self.begin_plan = self._services.plans.begin
         watched = Watched(
             world,
             self._subscriptions.all,

@@ -69,10 +69,9 @@ class PageMotions:
             session.follow()
 
     def close(self) -> None:
-        """End all sessions, and advertise nothing."""
+        """End all sessions, after the request that each is at, and advertise nothing."""
         self._is_closed = True
-        for session in self._all():
-            session.close()
+        self._end()
         if self._execution is not None:
             self._execution.close()
 

@@ -9,6 +9,7 @@ from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.views.browser.wish_error import name_of, number_of, WishError
 
 __all__ = [
+    "LEAST_SCALING",
     "Cancel",
     "Drag",
     "Execute",
@@ -18,6 +19,10 @@ __all__ = [
     "PlanWay",
     "motion_request",
 ]
+
+
+LEAST_SCALING = 0.01
+"""Slower motions than a hundredth of the fastest are nothing to watch."""
 
 
 class Hold(NamedTuple):
@@ -44,7 +49,7 @@ class PlanWay(NamedTuple):
     """Plan a motion to where the robot was dragged."""
 
     scaling: float
-    """Of velocities and accelerations how much is used, in (0, 1]."""
+    """Of velocities and accelerations how much is used, from LEAST_SCALING to 1."""
     replaces: bool
     """Whether it replaces the motion that is being executed, and is executed when it is found."""
 
@@ -97,8 +102,8 @@ def _drag(number: object, position: object, rotation: object) -> Drag:
 
 def _plan(scaling: object, replaces: object) -> PlanWay:
     number = number_of(scaling, "scaling")
-    if not 0.0 < number <= 1.0:
-        raise WishError(f"scaling must be greater than 0, and at most 1: {quoted(scaling)}")
+    if not LEAST_SCALING <= number <= 1.0:
+        raise WishError(f"scaling must be from {LEAST_SCALING:g} to 1: {quoted(scaling)}")
     if not isinstance(replaces, bool):
         raise WishError(f"replaces is neither true nor false: {quoted(replaces)}")
     return PlanWay(number, replaces)

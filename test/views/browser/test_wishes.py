@@ -95,6 +95,7 @@ def test_a_motion_is_named(text, request_):
         '{"motion": "drag", "number": 1, "position": {}, "rotation": [0, 0, 0, 1]}',
         '{"motion": "plan", "scaling": 1.5, "replaces": false}',
         '{"motion": "plan", "scaling": -0.5, "replaces": false}',
+        '{"motion": "plan", "scaling": 1e-6, "replaces": false}',
         '{"motion": "plan", "scaling": NaN, "replaces": false}',
         '{"motion": "plan", "scaling": 1, "replaces": 0}',
         '{"motion": "execute", "plan": -1}',
