@@ -54,6 +54,7 @@ _PLANNERS = {
     "": ("path_plans", ("planning",)),
     "rrt_connect": ("path_plans", ("planning",)),
     "fastest": ("path_plans", ("planning",)),
+    "straight": ("straight_plans", ("planning",)),
     "regions": ("region_plans", ("planning", "convex")),
 }
 """The module beside this one that works on goals of each planner, and the kernels it calls."""

@@ -74,7 +74,7 @@ class Replaced(NamedTuple):
         times = self.points.nanoseconds
         first = max(int(np.searchsorted(times, self.due, side="right")) - 1, 0)
         rows = np.arange(first, int(np.searchsorted(times, self.at, side="left")))
-        parts: list[NDArray[np.float64] | None] = []
+        parts: list[Any] = []
         for order, name in enumerate(("positions", "velocities", "accelerations")):
             values = getattr(self.points, name)
             if values is None:
@@ -193,7 +193,7 @@ def joined(
     before = replaced.rest()
     count = len(before.nanoseconds) - 1
     columns = {int(row): k for k, row in enumerate(replaced.rows)}
-    parts: list[NDArray[np.float64] | None] = []
+    parts: list[Any] = []
     for name in ("positions", "velocities", "accelerations"):
         new, old = getattr(points, name), getattr(before, name)
         if new is None:
