@@ -123,13 +123,13 @@ def _planned(
     times, ends = None, q if len(q) > 1 else np.repeat(q, 2, axis=0)
     curves = np.stack([ends[:-1], ends[1:]], axis=1)
     if timed is not None and timed.points is not None and timed.trajectory is not None:
-        names = [robots.positions.short(column) for column in wanted.moving]
-        result.trajectory = joint_trajectory_to_msg(names, timed.points.of(wanted.moving))
+        joints = [robots.positions.short(column) for column in wanted.moving]
+        result.trajectory = joint_trajectory_to_msg(joints, timed.points.of(wanted.moving))
         result.trajectory_clearance, result.stops = timed.least_clearance, timed.stops
         q, times = timed.points.positions, timed.trajectory.breaks
         curves = timed.trajectory.control_points
-    about = goal.id, q, curves, times, robots.positions.names, wanted.moving
-    return PlannedPath(*about, **wanted.paddings)
+    names = robots.positions.names
+    return PlannedPath(goal.id, q, curves, times, names, wanted.moving, **wanted.paddings)
 
 
 class _Watch:
