@@ -146,11 +146,11 @@ def of_tree(name, **more):
 ONE = {"q": Q1}
 EDGE = {"q1": Q1, "q2": Q2}
 CALLS = {
-    "ChangingChecker.add_collision_shape_to_body": (
+    "CollisionChecker.add_collision_shape_to_body": (
         lambda w, X_AG: w.added("add_collision_shape_to_body", X_AG),
         {"X_AG": TURNED},
     ),
-    "ChangingChecker.add_collision_shape_to_frame": (
+    "CollisionChecker.add_collision_shape_to_frame": (
         lambda w, X_AG: w.added("add_collision_shape_to_frame", X_AG),
         {"X_AG": TURNED},
     ),
@@ -214,10 +214,10 @@ CALLS = {
         {"edges": EDGES},
     ),
     **{
-        f"MeasuringChecker.{name}": (of_checker(name), EDGE)
+        f"CollisionChecker.{name}": (of_checker(name), EDGE)
         for name in ("compute_configuration_distance", "samples", "way")
     },
-    "MeasuringChecker.interpolate_between_configurations": (
+    "CollisionChecker.interpolate_between_configurations": (
         of_checker("interpolate_between_configurations", ratio=0.25),
         EDGE,
     ),
@@ -235,7 +235,7 @@ CALLS = {
         ),
         EDGE,
     ),
-    "ChangingChecker.set_padding_matrix": (
+    "CollisionChecker.set_padding_matrix": (
         lambda w, collision_padding: w.changed(
             "set_padding_matrix", collision_padding, "get_padding_matrix"
         ),
@@ -328,7 +328,7 @@ CALLS = {
         {"positions": [2.0]},
     ),
     "Kinematics.update": (Rails.updated, {"positions": [2.0]}),
-    "ChangingChecker.set_collision_filter_matrix": (
+    "CollisionChecker.set_collision_filter_matrix": (
         lambda w, filter_matrix: w.changed(
             "set_collision_filter_matrix", filter_matrix, "get_filtered_collision_matrix"
         ),

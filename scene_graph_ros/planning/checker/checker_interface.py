@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
-from typing import Any, TypeVar
+from collections.abc import Callable, Mapping, Sequence
+import copy
+from typing import Any, overload, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.one_line import one_line
-from scene_graph_ros.geometry.real_arrays import real_array
-from scene_graph_ros.planning.checker.changing_checker import ChangingChecker
+from scene_graph_ros.planning.checker.added_shapes import BodyShapeDescription
+from scene_graph_ros.planning.checker.batches_of_one import one_configuration, one_edge
+from scene_graph_ros.planning.checker.changing_state import ChangingState
+from scene_graph_ros.planning.checker.checker_bodies import CheckerBody
 from scene_graph_ros.planning.checker.checker_contexts import (
     checked_parallelism,
     CheckerContexts,
@@ -19,27 +22,31 @@ from scene_graph_ros.planning.checker.checker_contexts import (
 )
 from scene_graph_ros.planning.checker.checker_state import CheckerState
 from scene_graph_ros.planning.checker.collision_checker_params import CollisionCheckerParams
+from scene_graph_ros.planning.checker.configuration_ways import ConfigurationWays
+from scene_graph_ros.planning.checker.delegation import Delegation, synonym
 from scene_graph_ros.planning.checker.distance_and_interpolation import (
     ConfigurationDistanceFunction,
+    ConfigurationInterpolationFunction,
     DistanceAndInterpolationProvider,
 )
 from scene_graph_ros.planning.checker.homogeneous_filters import (
     as_switch,
     demand_homogeneous_filters,
 )
-from scene_graph_ros.planning.checker.measuring_checker import MeasuringChecker
 from scene_graph_ros.planning.checker.robot_clearance import RobotClearance, RobotCollisionType
 from scene_graph_ros.planning.diagrams.robot_diagram import RobotDiagram
 from scene_graph_ros.planning.edges.edge_measure import EdgeMeasure
-from scene_graph_ros.planning.errors import CollisionCheckerError
 
-__all__ = ["CollisionChecker", "one_configuration", "one_edge"]
+__all__ = ["CollisionChecker"]
+
+of_state = Delegation("_changing")
+of_ways = Delegation("_interpolation")
 
 Self = TypeVar("Self", bound="CollisionChecker")
 
 
 @one_line("robot_model_instances")
-class CollisionChecker(ChangingChecker, MeasuringChecker, ABC):
+class CollisionChecker(ABC):
     """Answers about configurations ``(nq,)`` of the robots of a scene, and edges between them.
 
     A derived class decides collisions, by ``check_configs_collision_free``. Edges are then
@@ -62,9 +69,8 @@ class CollisionChecker(ChangingChecker, MeasuringChecker, ABC):
         self._model, self._tree = model, model.tree
         if as_switch(require_homogeneous_filters):
             demand_homogeneous_filters(state)
-        ChangingChecker.__init__(self, state)
-        MeasuringChecker.__init__(
-            self,
+        self._changing = ChangingState(state)
+        self._interpolation = ConfigurationWays(
             model.tree,
             edge_step_size=edge_step_size,
             distance_and_interpolation_provider=distance_and_interpolation_provider,
@@ -80,10 +86,22 @@ class CollisionChecker(ChangingChecker, MeasuringChecker, ABC):
         return cls(**vars(params), **more)
 
     def clone(self: Self) -> Self:
-        """Return a checker of its own, with contexts of its own."""
-        result = super().clone()
+        """Return a checker of its own: no later change of one is seen by the other."""
+        return self._with_state(self._state)
+
+    def _with_state(self: Self, state: CheckerState) -> Self:
+        """Return a checker with a state, ways and contexts of its own."""
+        result = copy.copy(self)
+        result._changing, result._interpolation = (
+            ChangingState(state),
+            copy.copy(self._interpolation),
+        )
         result._contexts = CheckerContexts(self._contexts.count, lambda: result._state)
         return result
+
+    @property
+    def _state(self) -> CheckerState:
+        return self._changing.now
 
     @property
     def model(self) -> RobotDiagram:
@@ -104,6 +122,123 @@ class CollisionChecker(ChangingChecker, MeasuringChecker, ABC):
     def supports_parallel_checking(self) -> bool:
         """Tell whether threads may share the work."""
         return self._supports_parallel_checking
+
+    # Bodies, and shapes, paddings and filters that may be changed (see `ChangingState`).
+
+    @property
+    def bodies(self) -> tuple[CheckerBody, ...]:
+        """All bodies by index: robots' first; rows and columns of the matrices."""
+        return self._changing.bodies
+
+    @overload
+    def add_collision_shapes(
+        self, group_name: str, descriptions: Sequence[BodyShapeDescription]
+    ) -> int: ...
+
+    @overload
+    def add_collision_shapes(
+        self, group_name: Mapping[str, Sequence[BodyShapeDescription]]
+    ) -> dict[str, int]: ...
+
+    def add_collision_shapes(
+        self,
+        group_name: str | Mapping[str, Sequence[BodyShapeDescription]],
+        descriptions: Sequence[BodyShapeDescription] = (),
+    ) -> int | dict[str, int]:
+        """Add shapes to bodies, all at once; return how many were added.
+
+        Of a group, or of several: then by their names. See `add_collision_shape`.
+        """
+        if isinstance(group_name, Mapping):
+            return self._changing.add_groups(group_name)
+        return self._changing.add_groups({group_name: descriptions})[group_name]
+
+    get_body = of_state(ChangingState.get_body)
+    is_part_of_robot = of_state(ChangingState.is_part_of_robot)
+    add_collision_shape = of_state(ChangingState.add_collision_shape)
+    add_collision_shape_to_body = of_state(ChangingState.add_collision_shape_to_body)
+    add_collision_shape_to_frame = of_state(ChangingState.add_collision_shape_to_frame)
+    get_all_added_collision_shapes = of_state(ChangingState.get_all_added_collision_shapes)
+    remove_all_added_collision_shapes = of_state(ChangingState.remove_all_added_collision_shapes)
+    get_padding_between = of_state(ChangingState.get_padding_between)
+    set_padding_between = of_state(ChangingState.set_padding_between)
+    set_paddings_between = of_state(ChangingState.set_paddings_between)
+    set_paddings_between_geometries = of_state(ChangingState.set_paddings_between_geometries)
+    get_padding_matrix = of_state(ChangingState.get_padding_matrix)
+    set_padding_matrix = of_state(ChangingState.set_padding_matrix)
+    set_padding_all_robot_environment_pairs = of_state(
+        ChangingState.set_padding_all_robot_environment_pairs
+    )
+    set_padding_all_robot_robot_pairs = of_state(ChangingState.set_padding_all_robot_robot_pairs)
+    set_padding_one_robot_body_all_environment_pairs = of_state(
+        ChangingState.set_padding_one_robot_body_all_environment_pairs
+    )
+    get_largest_padding = of_state(ChangingState.get_largest_padding)
+    maybe_get_uniform_robot_environment_padding = of_state(
+        ChangingState.maybe_get_uniform_robot_environment_padding
+    )
+    maybe_get_uniform_robot_robot_padding = of_state(
+        ChangingState.maybe_get_uniform_robot_robot_padding
+    )
+    get_nominal_filtered_collision_matrix = of_state(
+        ChangingState.get_nominal_filtered_collision_matrix
+    )
+    get_filtered_collision_matrix = of_state(ChangingState.get_filtered_collision_matrix)
+    set_collision_filter_matrix = of_state(ChangingState.set_collision_filter_matrix)
+    is_collision_filtered_between = of_state(ChangingState.is_collision_filtered_between)
+    set_collision_filtered_between = of_state(ChangingState.set_collision_filtered_between)
+    set_collision_filtered_with_all_bodies = of_state(
+        ChangingState.set_collision_filtered_with_all_bodies
+    )
+
+    # The provider, and ways between configurations.
+
+    @property
+    def edge_step_size(self) -> float:
+        """The largest length of a piece of a way that is not straight, in the distance's unit."""
+        return self._interpolation.edge_step_size
+
+    @edge_step_size.setter
+    def edge_step_size(self, value: float) -> None:
+        self._interpolation.set_edge_step_size(value)
+
+    @property
+    def distance_and_interpolation_provider(self) -> DistanceAndInterpolationProvider:
+        """The one in use."""
+        return self._interpolation.provider
+
+    @property
+    def is_straight(self) -> bool:
+        """Whether ways are straight edges."""
+        return self._interpolation.is_straight
+
+    set_edge_step_size = of_ways(ConfigurationWays.set_edge_step_size)
+    set_distance_and_interpolation_provider = of_ways(
+        ConfigurationWays.set_distance_and_interpolation_provider
+    )
+    compute_configuration_distance = of_ways(ConfigurationWays.compute_configuration_distance)
+    interpolate_between_configurations = of_ways(
+        ConfigurationWays.interpolate_between_configurations
+    )
+    way = of_ways(ConfigurationWays.way)
+    samples = of_ways(ConfigurationWays.samples)
+
+    set_configuration_distance_function = of_ways(
+        ConfigurationWays.set_configuration_distance_function
+    )
+    set_configuration_interpolation_function = of_ways(
+        ConfigurationWays.set_configuration_interpolation_function
+    )
+
+    def make_standalone_configuration_distance_function(self) -> ConfigurationDistanceFunction:
+        """Return a function that answers as this checker does, also after a change of it."""
+        return self.compute_configuration_distance
+
+    def make_standalone_configuration_interpolation_function(
+        self,
+    ) -> ConfigurationInterpolationFunction:
+        """Return a function that answers as this checker does, also after a change of it."""
+        return self.interpolate_between_configurations
 
     # What a kind of checker has to answer.
 
@@ -151,15 +286,11 @@ class CollisionChecker(ChangingChecker, MeasuringChecker, ABC):
         They are at steps of ``edge_step_size``; nothing is known of the edges in between. Raises
         CollisionCheckerError for another shape.
         """
-        ends = real_array(edges, "edges must be numbers", CollisionCheckerError)
-        nq = self._tree.num_positions
-        if ends.ndim != 3 or ends.shape[1:] != (2, nq):
-            raise CollisionCheckerError(f"edges must have shape (n, 2, {nq}), not {ends.shape}")
-        free = np.empty(len(ends), dtype=np.bool_)
-        for row, (q1, q2) in enumerate(ends):
-            samples = self.samples(q1, q2)
-            free[row] = self.check_configs_collision_free(samples, threads=threads).all()
-        return free
+        free = [
+            self.check_configs_collision_free(samples, threads=threads).all()
+            for samples in self._interpolation.samples_of(edges)
+        ]
+        return np.array(free, dtype=np.bool_)
 
     def check_edge_collision_free(self, q1: ArrayLike, q2: ArrayLike) -> bool:
         """Tell whether the edge between two configurations ``(nq,)`` is free."""
@@ -177,9 +308,7 @@ class CollisionChecker(ChangingChecker, MeasuringChecker, ABC):
         """Tell it as `check_edge_collision_free`; threads share the pieces of a provider's way."""
         return bool(self.check_edges_collision_free(one_edge(q1, q2), threads=threads)[0])
 
-    def measure_edge_collision_free(self, q1: ArrayLike, q2: ArrayLike) -> EdgeMeasure:
-        """Return the same as `measure_edge`."""
-        return self.measure_edge(q1, q2)
+    measure_edge_collision_free = synonym(measure_edge)
 
     def measure_edge_collision_free_parallel(
         self, q1: ArrayLike, q2: ArrayLike, *, threads: int = 1
@@ -192,12 +321,6 @@ class CollisionChecker(ChangingChecker, MeasuringChecker, ABC):
     ) -> list[EdgeMeasure]:
         """Return the same as `measure_edges`."""
         return self.measure_edges(edges, threads=threads)
-
-    def measure_context_edge_collision_free(
-        self, model_context: CollisionCheckerContext, q1: ArrayLike, q2: ArrayLike
-    ) -> EdgeMeasure:
-        """Return the same as `measure_context_edge`."""
-        return self.measure_context_edge(model_context, q1, q2)
 
     # Contexts. CollisionCheckerError is raised for one that is not this checker's own.
 
@@ -255,6 +378,8 @@ class CollisionChecker(ChangingChecker, MeasuringChecker, ABC):
         self.update_context_positions(model_context, q2)
         return self.measure_edge(q1, q2)
 
+    measure_context_edge_collision_free = synonym(measure_context_edge)
+
     def calc_context_robot_clearance(
         self, model_context: CollisionCheckerContext, q: ArrayLike, influence_distance: float
     ) -> RobotClearance:
@@ -272,21 +397,3 @@ class CollisionChecker(ChangingChecker, MeasuringChecker, ABC):
         """Return the largest number of rows of `calc_context_robot_clearance`."""
         self._contexts.own(model_context)
         return self.max_num_distances()
-
-
-def one_configuration(name: str, q: ArrayLike) -> NDArray[np.float64]:
-    """Return one configuration as a batch of one."""
-    array = real_array(q, f"{name} must be numbers", CollisionCheckerError)
-    if array.ndim != 1:
-        raise CollisionCheckerError(f"{name} must have shape (nq,), not {array.shape}")
-    return array[np.newaxis]
-
-
-def one_edge(q1: ArrayLike, q2: ArrayLike) -> NDArray[np.float64]:
-    """Return one edge as a batch of one; raises CollisionCheckerError for uneven ends."""
-    first, second = one_configuration("q1", q1), one_configuration("q2", q2)
-    if first.shape != second.shape:
-        raise CollisionCheckerError(
-            f"q1 and q2 must have the same shape, not {first[0].shape} and {second[0].shape}"
-        )
-    return np.stack([first[0], second[0]])[np.newaxis]

@@ -17,11 +17,8 @@ from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
-from scene_graph_ros.planning.checker.checker_interface import (
-    CollisionChecker,
-    one_configuration,
-    one_edge,
-)
+from scene_graph_ros.planning.checker.batches_of_one import one_configuration, one_edge
+from scene_graph_ros.planning.checker.checker_interface import CollisionChecker
 from scene_graph_ros.planning.checker.checker_state import CheckerState, make_state
 from scene_graph_ros.planning.checker.configuration_checks import first_pairs
 from scene_graph_ros.planning.checker.distance_and_interpolation import (
@@ -141,21 +138,18 @@ class SceneGraphCollisionChecker(CollisionChecker):
                 f"the snapshot is of model version {snapshot.model_version}, the checker was made"
                 f" for version {state.base.model_version}"
             )
-        result = self.clone()
         paddings = env_collision_padding, self_collision_padding
-        if model is not None:
-            own, other = self._tree, model.tree
-            if (own.position_names, own.link_names) != (other.position_names, other.link_names):
-                raise CollisionCheckerError("model has other robots than the checker was made for")
-            result._model, result._tree = model, other
-        result._state = state.at(snapshot, result._tree).padded(*paddings)
+        own, other = self._tree, self._tree if model is None else model.tree
+        if (own.position_names, own.link_names) != (other.position_names, other.link_names):
+            raise CollisionCheckerError("model has other robots than the checker was made for")
+        result = self._with_state(state.at(snapshot, other).padded(*paddings))
+        result._model, result._tree = model or self._model, other
         return result
 
     def with_pair_paddings(self, paddings: NDArray[np.float64]) -> SceneGraphCollisionChecker:
         """Return a checker whose pairs of geometries, in the plan's order, keep ``(p,)``, m."""
-        result = self.clone()
-        result._state = self._state._replace(plan=self.plan.with_paddings(paddings))
-        return result
+        plan = self.plan.with_paddings(paddings)
+        return self._with_state(self._state._replace(plan=plan))
 
     @property
     def snapshot(self) -> Snapshot:
@@ -337,7 +331,7 @@ class SceneGraphCollisionChecker(CollisionChecker):
         measures = [measure_of(plan, pieces[e], proofs, e) for e in range(len(pieces))]
         if ways is not None:
             measures = joined_measures(measures, ways)
-        distances = self._distances(checked)
+        distances = self._interpolation.distances(checked)
         return [replace(m, distance=d) for m, d in zip(measures, distances, strict=True)]
 
     def _ways(self, edges: NDArray[np.float64]) -> Ways | None:

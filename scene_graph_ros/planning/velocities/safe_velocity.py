@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.one_line import one_line
-from scene_graph_ros.planning.checker.checker_interface import one_configuration
+from scene_graph_ros.planning.checker.batches_of_one import one_configuration
 from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
 from scene_graph_ros.planning.pairs.check_kernels import NO_PAIR
 from scene_graph_ros.planning.pairs.near_pairs import NearPairs

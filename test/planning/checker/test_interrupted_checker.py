@@ -78,6 +78,7 @@ EDITS = {
     "filter matrix": lambda c: c.set_collision_filter_matrix(filters(c)),
     "filter all": lambda c: c.set_collision_filtered_with_all_bodies(balls(c)[0]),
     "step size": lambda c: c.set_edge_step_size(0.01),
+    "step size by its name": lambda c: setattr(c, "edge_step_size", 0.01),
     "distances": lambda c: c.set_configuration_distance_function(far),
     "ways": lambda c: c.set_configuration_interpolation_function(first),
     "provider": lambda c: c.set_distance_and_interpolation_provider(

@@ -1,11 +1,10 @@
-"""Changes of a collision checker: shapes, paddings, filters."""
+"""The state of a collision checker, and its changes: shapes, paddings, filters."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-import copy
 import threading
-from typing import Any, overload, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,12 +20,10 @@ from scene_graph_ros.planning.checker.checker_bodies import AnyBody, CheckerBody
 from scene_graph_ros.planning.checker.checker_state import CheckerState, GeometryPadding
 from scene_graph_ros.planning.errors import CollisionCheckerError
 
-__all__ = ["ChangingChecker"]
-
-Self = TypeVar("Self", bound="ChangingChecker")
+__all__ = ["ChangingState"]
 
 
-class ChangingChecker:
+class ChangingState:
     """Bodies of a checker, with shapes, paddings and filters that may be changed.
 
     Each change makes another state and puts it in place at once: a question that is being answered
@@ -36,37 +33,31 @@ class ChangingChecker:
     """
 
     def __init__(self, state: CheckerState) -> None:
-        self._state = state
-        self._changes = threading.RLock()
-
-    def clone(self: Self) -> Self:
-        """Return a checker of its own: no later change of one is seen by the other."""
-        result = copy.copy(self)
-        result._changes = threading.RLock()
-        return result
+        self.now = state
+        self._lock = threading.RLock()
 
     def _set_matrices(self, change: Callable[[BodyMatrices], BodyMatrices]) -> None:
-        with self._changes:
-            state = self._state
-            self._state = state.with_matrices(change(state.matrices))
+        with self._lock:
+            state = self.now
+            self.now = state.with_matrices(change(state.matrices))
 
     # Bodies.
 
     @property
     def bodies(self) -> tuple[CheckerBody, ...]:
         """All bodies by index: robots' first; rows and columns of the matrices."""
-        return self._state.bodies.all
+        return self.now.bodies.all
 
     def get_body(self, body: AnyBody) -> CheckerBody:
         """Return a body."""
-        return self._state.bodies.find(body)
+        return self.now.bodies.find(body)
 
     def is_part_of_robot(self, body: AnyBody) -> bool:
         """Tell whether a body is a link of the checker's robots, or carried by one."""
-        return self._state.bodies.is_part_of_robot(self.get_body(body).index)
+        return self.now.bodies.is_part_of_robot(self.get_body(body).index)
 
     def _pair(self, bodyA: AnyBody, bodyB: AnyBody) -> tuple[int, int]:
-        find = self._state.bodies.find
+        find = self.now.bodies.find
         return find(bodyA, "bodyA").index, find(bodyB, "bodyB").index
 
     # Shapes.
@@ -77,38 +68,19 @@ class ChangingChecker:
         The body's padding and filters hold for it. A half space on a moving body is not
         added. Raises MeshError for a mesh that cannot be used.
         """
-        return self.add_collision_shapes(group_name, [description]) == 1
+        return self.add_groups({group_name: [description]})[group_name] == 1
 
-    @overload
-    def add_collision_shapes(
-        self, group_name: str, descriptions: Sequence[BodyShapeDescription]
-    ) -> int: ...
-
-    @overload
-    def add_collision_shapes(
-        self, group_name: Mapping[str, Sequence[BodyShapeDescription]]
-    ) -> dict[str, int]: ...
-
-    def add_collision_shapes(
-        self,
-        group_name: str | Mapping[str, Sequence[BodyShapeDescription]],
-        descriptions: Sequence[BodyShapeDescription] = (),
-    ) -> int | dict[str, int]:
-        """Add shapes to bodies, all at once; return how many were added.
-
-        Of a group, or of several: then by their names. See `add_collision_shape`.
-        """
-        groups = group_name if isinstance(group_name, Mapping) else {group_name: descriptions}
+    def add_groups(self, groups: Mapping[str, Sequence[BodyShapeDescription]]) -> dict[str, int]:
+        """Add the shapes of groups, all at once; return how many of each were added."""
         added = {name: self._shapes(name, each) for name, each in groups.items()}
         self._add([shape for shapes in added.values() for shape in shapes])
-        counts = {name: len(shapes) for name, shapes in added.items()}
-        return counts if isinstance(group_name, Mapping) else counts[group_name]
+        return {name: len(shapes) for name, shapes in added.items()}
 
     def add_collision_shape_to_body(
         self, group_name: str, bodyA: AnyBody, shape: Shape, X_AG: ArrayLike
     ) -> bool:
         """Add a shape to body A, at ``X_AG`` ``(4, 4)``; see `add_collision_shape`."""
-        body = self._state.bodies.find(bodyA, "bodyA")
+        body = self.now.bodies.find(bodyA, "bodyA")
         pose = as_pose(X_AG, f"X_AG in {body.body_name!r}")
         names = body.model_instance_name, body.body_name
         return self.add_collision_shape(group_name, BodyShapeDescription(shape, pose, *names))
@@ -117,26 +89,26 @@ class ChangingChecker:
         self, group_name: str, frameA: AnyBody, shape: Shape, X_AG: ArrayLike
     ) -> bool:
         """Add a shape to frame A, a body, at ``X_AG`` ``(4, 4)``; see `add_collision_shape`."""
-        frame = self._state.bodies.find(frameA, "frameA")
+        frame = self.now.bodies.find(frameA, "frameA")
         return self.add_collision_shape_to_body(group_name, frame, shape, X_AG)
 
     def get_all_added_collision_shapes(self) -> dict[str, list[BodyShapeDescription]]:
         """Return the added shapes, by group."""
         result: dict[str, list[BodyShapeDescription]] = {}
-        for each in self._state.added:
+        for each in self.now.added:
             result.setdefault(each.group, []).append(each.description)
         return result
 
     def remove_all_added_collision_shapes(self, group_name: str | None = None) -> None:
         """Remove the shapes of a group, or of all; a group that is not there has none."""
-        with self._changes:
-            state = self._state
+        with self._lock:
+            state = self.now
             kept = [] if group_name is None else [a for a in state.added if a.group != group_name]
             if len(kept) != len(state.added):
-                self._state = state.with_added(kept)
+                self.now = state.with_added(kept)
 
     def _shapes(self, group: str, descriptions: Sequence[BodyShapeDescription]) -> list[Any]:
-        bodies, result = self._state.bodies, []
+        bodies, result = self.now.bodies, []
         for each in descriptions:
             if not isinstance(each, BodyShapeDescription):
                 raise CollisionCheckerError(
@@ -151,15 +123,15 @@ class ChangingChecker:
 
     def _add(self, shapes: Sequence[AddedShape]) -> None:
         if shapes:
-            with self._changes:
-                self._state = self._state.with_added((*self._state.added, *shapes))
+            with self._lock:
+                self.now = self.now.with_added((*self.now.added, *shapes))
 
     # Paddings.
 
     def get_padding_between(self, bodyA: AnyBody, bodyB: AnyBody) -> float:
         """Return the padding between two bodies, in m; 0 of a body to itself."""
         a, b = sorted(self._pair(bodyA, bodyB))
-        padding = self._state.matrices.padding
+        padding = self.now.matrices.padding
         return float(padding[a, b]) if a < len(padding) else 0.0
 
     def set_padding_between(self, bodyA: AnyBody, bodyB: AnyBody, padding: float) -> None:
@@ -192,12 +164,12 @@ class ChangingChecker:
         afterwards leave them.
         """
         own = [GeometryPadding.of_ids(*entry) for entry in paddings]
-        with self._changes:
-            self._state = self._state.with_geometry_paddings(own)
+        with self._lock:
+            self.now = self.now.with_geometry_paddings(own)
 
     def get_padding_matrix(self) -> NDArray[np.float64]:
         """Return all paddings ``(n, n)`` of n bodies, in m."""
-        return self._state.matrices.padding_matrix()
+        return self.now.matrices.padding_matrix()
 
     def set_padding_matrix(self, collision_padding: ArrayLike) -> None:
         """Set all paddings ``(n, n)``, in m.
@@ -224,15 +196,15 @@ class ChangingChecker:
 
     def get_largest_padding(self) -> float:
         """Return the largest padding (m) of a robot's body and any other; may be negative."""
-        return self._state.matrices.largest_padding()
+        return self.now.matrices.largest_padding()
 
     def maybe_get_uniform_robot_environment_padding(self) -> float | None:
         """Return the padding (m) of robots to all around, None where it is not one."""
-        return self._state.matrices.uniform_environment_padding()
+        return self.now.matrices.uniform_environment_padding()
 
     def maybe_get_uniform_robot_robot_padding(self) -> float | None:
         """Return the padding (m) between robots' bodies, None where it is not one."""
-        return self._state.matrices.uniform_robot_padding()
+        return self.now.matrices.uniform_robot_padding()
 
     # Filters.
 
@@ -243,11 +215,11 @@ class ChangingChecker:
         of their geometries; -1 on the diagonal and between two bodies around robots; else 0.
         Where the scene filters only some pairs of two bodies' geometries, these are never checked.
         """
-        return self._state.nominal.filter_matrix()
+        return self.now.nominal.filter_matrix()
 
     def get_filtered_collision_matrix(self) -> NDArray[np.int8]:
         """Return the present filters ``(n, n)``, as `get_nominal_filtered_collision_matrix`."""
-        return self._state.matrices.filter_matrix()
+        return self.now.matrices.filter_matrix()
 
     def set_collision_filter_matrix(self, filter_matrix: ArrayLike) -> None:
         """Set all filters ``(n, n)``: 0 or 1, symmetric, with -1 where it always is."""
@@ -255,7 +227,7 @@ class ChangingChecker:
 
     def is_collision_filtered_between(self, bodyA: AnyBody, bodyB: AnyBody) -> bool:
         """Tell whether two bodies are not checked; so it is for two bodies around robots."""
-        return self._state.matrices.is_filtered(*self._pair(bodyA, bodyB))
+        return self.now.matrices.is_filtered(*self._pair(bodyA, bodyB))
 
     def set_collision_filtered_between(
         self, bodyA: AnyBody, bodyB: AnyBody, filter_collision: bool

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.planning.checker.distance_and_interpolation import (
     ConfigurationDistanceFunction,
     ConfigurationInterpolationFunction,
@@ -20,13 +21,13 @@ from scene_graph_ros.planning.checker.distance_and_interpolation import (
 from scene_graph_ros.planning.errors import CollisionCheckerError, finite_number
 from scene_graph_ros.robots.kinematic_tree import KinematicTree
 
-__all__ = ["MAX_PIECES", "MeasuringChecker"]
+__all__ = ["MAX_PIECES", "ConfigurationWays"]
 
 MAX_PIECES = 1_000_000
 """Of one way; more would need gigabytes."""
 
 
-class MeasuringChecker:
+class ConfigurationWays:
     """The provider of a checker, and ways between configurations.
 
     A provider is put in place at once; checks that have begun keep their own.
@@ -40,6 +41,7 @@ class MeasuringChecker:
         distance_and_interpolation_provider: DistanceAndInterpolationProvider | None,
         configuration_distance_function: ConfigurationDistanceFunction | None,
     ) -> None:
+        self._tree = tree
         linear = LinearDistanceAndInterpolationProvider(tree)
         provider: DistanceAndInterpolationProvider = linear
         if configuration_distance_function is not None:
@@ -54,41 +56,26 @@ class MeasuringChecker:
             provider = FunctionsProvider(linear, function)
         elif distance_and_interpolation_provider is not None:
             provider = _provider(distance_and_interpolation_provider)
-        self._provider = provider
-        self._provider_changes = threading.RLock()
-        self.edge_step_size = edge_step_size
-
-    @property
-    def edge_step_size(self) -> float:
-        """How long the straight pieces of a way are at most, in the distance's unit.
-
-        Only for ways that are not straight themselves: a straight edge is proven as one.
-        """
-        return self._edge_step_size
-
-    @edge_step_size.setter
-    def edge_step_size(self, value: float) -> None:
-        number = finite_number("edge_step_size", value)
-        if number <= 0.0:
-            raise CollisionCheckerError(f"edge_step_size must be positive, not {quoted(value)}")
-        self._edge_step_size = number
+        self.provider = provider
+        self._lock = threading.RLock()
+        self.set_edge_step_size(edge_step_size)
 
     def set_edge_step_size(self, edge_step_size: float) -> None:
         """Set it. Raises CollisionCheckerError where it is not positive."""
-        self.edge_step_size = edge_step_size
-
-    @property
-    def distance_and_interpolation_provider(self) -> DistanceAndInterpolationProvider:
-        """The one in use."""
-        return self._provider
+        number = finite_number("edge_step_size", edge_step_size)
+        if number <= 0.0:
+            raise CollisionCheckerError(
+                f"edge_step_size must be positive, not {quoted(edge_step_size)}"
+            )
+        self.edge_step_size = number
 
     def set_distance_and_interpolation_provider(
         self, provider: DistanceAndInterpolationProvider
     ) -> None:
         """Use another provider. Functions that were set are used no more."""
         checked = _provider(provider)
-        with self._provider_changes:
-            self._provider = checked
+        with self._lock:
+            self.provider = checked
 
     def set_configuration_distance_function(
         self, distance_function: ConfigurationDistanceFunction
@@ -101,8 +88,8 @@ class MeasuringChecker:
         """
         self._not_own("distance_function", distance_function)
         function = _callable("distance_function", distance_function)
-        with self._provider_changes:
-            self._provider = self._functions().with_distance(function)
+        with self._lock:
+            self.provider = self._functions().with_distance(function)
 
     def set_configuration_interpolation_function(
         self, interpolation_function: ConfigurationInterpolationFunction | None
@@ -111,41 +98,31 @@ class MeasuringChecker:
         if interpolation_function is not None:
             self._not_own("interpolation_function", interpolation_function)
             _callable("interpolation_function", interpolation_function)
-        with self._provider_changes:
-            self._provider = self._functions().with_interpolation(interpolation_function)
+        with self._lock:
+            self.provider = self._functions().with_interpolation(interpolation_function)
 
     def compute_configuration_distance(self, q1: ArrayLike, q2: ArrayLike) -> float:
         """Return the provider's distance from q1 to q2 ``(nq,)``."""
-        return self._provider.compute_configuration_distance(q1, q2)
+        return self.provider.compute_configuration_distance(q1, q2)
 
     def interpolate_between_configurations(
         self, q1: ArrayLike, q2: ArrayLike, ratio: float
     ) -> NDArray[np.float64]:
         """Return the provider's configuration ``(nq,)`` at a ratio, 0 to 1, of the way to q2."""
-        return self._provider.interpolate_between_configurations(q1, q2, ratio)
-
-    def make_standalone_configuration_distance_function(self) -> ConfigurationDistanceFunction:
-        """Return a function that answers as this checker does, also after a change of it."""
-        return self.compute_configuration_distance
-
-    def make_standalone_configuration_interpolation_function(
-        self,
-    ) -> ConfigurationInterpolationFunction:
-        """Return a function that answers as this checker does, also after a change of it."""
-        return self.interpolate_between_configurations
+        return self.provider.interpolate_between_configurations(q1, q2, ratio)
 
     @property
     def is_straight(self) -> bool:
         """Whether ways are straight edges."""
-        provider = self._provider
+        provider = self.provider
         if isinstance(provider, FunctionsProvider):
             return provider.interpolation_function is None
         # A class derived from it may have ways of its own.
         return type(provider) is LinearDistanceAndInterpolationProvider
 
-    def _distances(self, edges: NDArray[np.float64]) -> list[float]:
+    def distances(self, edges: NDArray[np.float64]) -> list[float]:
         """Return the distances of the ends of edges ``(n, m, nq)``; Euclidean of curves."""
-        provider, first, last = self._provider, edges[:, 0], edges[:, -1]
+        provider, first, last = self.provider, edges[:, 0], edges[:, -1]
         if edges.shape[1] > 2:
             return np.linalg.norm(last - first, axis=1).tolist()
         if type(provider) is LinearDistanceAndInterpolationProvider:
@@ -167,31 +144,44 @@ class MeasuringChecker:
         distance is uniform. Raises CollisionCheckerError for more than `MAX_PIECES` steps, and
         the errors of a provider of your own.
         """
-        distance = self._provider.compute_configuration_distance(q1, q2)
-        steps = max(1.0, np.ceil(distance / self._edge_step_size))
+        distance = self.provider.compute_configuration_distance(q1, q2)
+        steps = max(1.0, np.ceil(distance / self.edge_step_size))
         if steps > MAX_PIECES:
             raise CollisionCheckerError(
                 f"a way of {distance:g} has more than {MAX_PIECES} pieces of edge_step_size"
-                f" {self._edge_step_size:g}"
+                f" {self.edge_step_size:g}"
             )
         return self._along(q1, q2, int(steps))
 
+    def samples_of(self, edges: ArrayLike) -> list[NDArray[np.float64]]:
+        """Return `samples` of each edge ``(n, 2, nq)``.
+
+        Raises CollisionCheckerError for another shape.
+        """
+        ends = real_array(edges, "edges must be numbers", CollisionCheckerError)
+        nq = self._tree.num_positions
+        if ends.ndim != 3 or ends.shape[1:] != (2, nq):
+            raise CollisionCheckerError(f"edges must have shape (n, 2, {nq}), not {ends.shape}")
+        return [self.samples(q1, q2) for q1, q2 in ends]
+
+    def _not_own(self, name: str, function: Any) -> None:
+        """Raise CollisionCheckerError for a method of the checker that this is a part of."""
+        owner = getattr(function, "__self__", None)
+        if any(part is self for part in getattr(owner, "__dict__", {}).values()):
+            raise CollisionCheckerError(f"{name} is this checker's own, and would ask itself")
+
     def _along(self, q1: ArrayLike, q2: ArrayLike, steps: int) -> NDArray[np.float64]:
-        between = self._provider.interpolate_between_configurations
+        between = self.provider.interpolate_between_configurations
         return np.stack([between(q1, q2, row / steps) for row in range(steps + 1)])
 
     def _functions(self) -> FunctionsProvider:
-        provider = self._provider
+        provider = self.provider
         if not isinstance(provider, FunctionsProvider):
             raise CollisionCheckerError(
                 f"a {type(provider).__name__} is in use: functions are for checkers that were made"
                 " with a configuration_distance_function"
             )
         return provider
-
-    def _not_own(self, name: str, function: Any) -> None:
-        if getattr(function, "__self__", None) is self:
-            raise CollisionCheckerError(f"{name} is this checker's own, and would ask itself")
 
 
 def _callable(name: str, function: Any) -> Callable[..., Any]:
