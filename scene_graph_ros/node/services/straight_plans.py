@@ -129,7 +129,16 @@ def _planned(
         q, times = timed.points.positions, timed.trajectory.breaks
         curves = timed.trajectory.control_points
     names = robots.positions.names
-    return PlannedPath(goal.id, q, curves, times, names, wanted.moving, **wanted.paddings)
+    return PlannedPath(
+        goal.id,
+        q,
+        curves,
+        times,
+        names,
+        wanted.moving,
+        **wanted.paddings,
+        free_from=0,
+    )
 
 
 class _Watch:
