@@ -56,7 +56,7 @@ def tab(node, robot):
     address = re.search(r"browser view at (http[^,\s]+)", node.output())[1]
     tab = Tab(900, 600)
     tab.open(f"{address}?token=secret")
-    tab.wait_for("document.body.dataset.items > 0 && !document.querySelector('#motion').hidden")
+    tab.wait_for("document.body?.dataset.items > 0 && !document.querySelector('#motion').hidden")
     choose(tab, "link", json.dumps(["panda", "panda_hand"], separators=(",", ":")))
     tab.wait_for(f"{STATE}.number === 0")
     tab.value("document.documentElement.dataset.theme = 'dark'")
