@@ -58,14 +58,19 @@ def _things(robots: RobotDiagram, *, is_robot: bool) -> list[Marker]:
     return copy.deepcopy(markers.full(X_WG, 0).markers)
 
 
-def _draw_way(image: Image.Image, checker: SceneGraphCollisionChecker, path: np.ndarray) -> None:
+def _draw_way(
+    image: Image.Image,
+    checker: SceneGraphCollisionChecker,
+    path: np.ndarray,
+    camera: Camera,
+) -> None:
     """Draw where the hand goes, coloured by what the robot is away from all else; hide nothing."""
     draw = ImageDraw.Draw(image)
     for q in points_on(checker.model.tree, path, DOTS):
         distances = checker.calc_robot_clearance(q, FAR).distances
         part = float(np.clip(distances.min(initial=FAR) / FAR, 0.0, 1.0))
         X_WH = checker.model.tree.link_poses(q, [HAND])[0]
-        x, y = CAMERA.project(X_WH[:3, 3] + REACH * X_WH[:3, 2])
+        x, y = camera.project(X_WH[:3, 3] + REACH * X_WH[:3, 2])
         color = (int(230 * (1.0 - part)), int(190 * part), 25)
         draw.ellipse([x - DOT, y - DOT, x + DOT, y + DOT], fill=color)
 
@@ -91,9 +96,14 @@ def trace_robot(
     return trace(markers, camera, samples=samples).convert("RGB")
 
 
-def draw_plan(output: Path, checker: SceneGraphCollisionChecker, path: np.ndarray) -> None:
+def draw_plan(
+    output: Path,
+    checker: SceneGraphCollisionChecker,
+    path: np.ndarray,
+    camera: Camera = CAMERA,
+) -> None:
     """Write the picture of a path ``(n, nq)`` to ``output`` (PNG)."""
     shown = points_on(checker.model.tree, path, GHOSTS + 2)
-    image = trace_robot(checker, shown, CAMERA)
-    _draw_way(image, checker, path)
+    image = trace_robot(checker, shown, camera)
+    _draw_way(image, checker, path, camera)
     image.save(output)

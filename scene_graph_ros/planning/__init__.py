@@ -61,6 +61,17 @@ if TYPE_CHECKING:
         MaxCliqueSolverViaMip,
     )
     from scene_graph_ros.planning.cliques.visibility_graph import visibility_graph
+    from scene_graph_ros.planning.constraints.held_constraints import (
+        ConstraintMeasure,
+        ConstraintStatus,
+        measure_constraints,
+    )
+    from scene_graph_ros.planning.constraints.link_constraints import (
+        AngleBetweenVectorsConstraint,
+        LinkConstraint,
+        OrientationConstraint,
+        PositionConstraint,
+    )
     from scene_graph_ros.planning.diagrams.dof_mask import DofMask
     from scene_graph_ros.planning.diagrams.robot_diagram import load_robot_diagram, RobotDiagram
     from scene_graph_ros.planning.diagrams.robot_diagram_builder import (
@@ -163,6 +174,7 @@ if TYPE_CHECKING:
     from scene_graph_ros.trajectories.retimers.toppra_retimer import ToppraRetimer
 
 __all__ = [
+    "AngleBetweenVectorsConstraint",
     "BilinearAlternationOptions",
     "BinarySearchOptions",
     "BodyShapeDescription",
@@ -176,6 +188,8 @@ __all__ = [
     "CollisionCheckerError",
     "CollisionCheckerParams",
     "ConfigurationRegion",
+    "ConstraintMeasure",
+    "ConstraintStatus",
     "ConstraintViolation",
     "CspaceFreeBox",
     "CspaceFreePolytope",
@@ -205,6 +219,7 @@ __all__ = [
     "KinematicTrajectoryOptimization",
     "KinematicTrajectoryResult",
     "LinearDistanceAndInterpolationProvider",
+    "LinkConstraint",
     "MaxCliqueSolverBase",
     "MaxCliqueSolverViaBranchAndBound",
     "MaxCliqueSolverViaGreedy",
@@ -218,6 +233,7 @@ __all__ = [
     "NonlinearProgram",
     "OmplPlanner",
     "OmplSpace",
+    "OrientationConstraint",
     "PairCertificate",
     "PairFailure",
     "Plan",
@@ -228,6 +244,7 @@ __all__ = [
     "PolytopeCertificate",
     "PoseTarget",
     "PosesReached",
+    "PositionConstraint",
     "ProgramResult",
     "RationalForwardKinematics",
     "RegionCover",
@@ -269,6 +286,7 @@ __all__ = [
     "iris_zo",
     "load_robot_diagram",
     "make_body_shape_description",
+    "measure_constraints",
     "plan_path",
     "plan_straight",
     "plan_through_regions",

@@ -6,7 +6,7 @@ __all__ = ["PlanFailure"]
 
 
 class PlanFailure(enum.Enum):
-    """Why there is no path; numbers as in messages, which have two more."""
+    """Why there is no path; numbers as in messages, which have more."""
 
     START_BEYOND_LIMITS = 1
     START_COLLIDES = 2
@@ -20,3 +20,6 @@ class PlanFailure(enum.Enum):
     """The trees grew to their limit and did not meet, or where they met was not proven again."""
     GOAL_UNREACHED = 9
     """No configuration was found that puts the tool where the goal says."""
+    START_VIOLATES_CONSTRAINT = 13
+    GOAL_VIOLATES_CONSTRAINT = 14
+    """Of all goals that are within limits and free."""

@@ -60,6 +60,7 @@ def plan() -> None:
         plan_path,
         plan_trajectory,
         PoseTarget,
+        PositionConstraint,
         RobotDiagram,
         SafeVelocity,
         SceneGraphCollisionChecker,
@@ -94,6 +95,8 @@ def plan() -> None:
     checker.measure_edges(q[np.newaxis])
     plan_path(checker, [0.0], [1.0])
     plan_path(checker, [0.0], PoseTarget("link", np.eye(4)))
+    box = PositionConstraint("link", np.full(3, -1.0), np.ones(3))
+    plan_path(checker, [0.0], [1.0], constraints=[box])
     sides = np.array([[1.0], [-1.0]])
     walked(sides, np.ones(2), q, 1, np.eye(1), np.random.default_rng(0))
     MaxCliqueSolverViaBranchAndBound().solve_max_clique(np.ones((3, 3)))
@@ -105,6 +108,6 @@ def plan() -> None:
     barrier = SafeVelocity(checker, keep=1.5, limits=loose)
     barrier.filter([0.0], [0.1], 0.1)
     barrier.filter([0.0], [0.1], 0.1, [0.0], {other: 1.0})
-    plan_trajectory(checker, [0.0], [1.0], soft)
+    plan_trajectory(checker, [0.0], [1.0], soft, constraints=[box])
     zmp = PiecewisePolynomial.first_order_hold([0.0, 1.0], [[0.0, 0.0], [1.0, 0.0]])
     ZmpPlanner().plan(zmp, np.zeros(4), 1.0)

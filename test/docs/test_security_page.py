@@ -8,6 +8,7 @@ from scene_graph_ros.geometry import files
 from scene_graph_ros.geometry.meshes import promises, textures
 from scene_graph_ros.geometry.shapes import voxel_runs
 from scene_graph_ros.node.runtime.parameters import defaults
+from scene_graph_ros.planning.constraints import link_constraints
 from scene_graph_ros.scene_files import yaml_document
 from scene_graph_ros.views.browser import (
     assets,
@@ -27,6 +28,7 @@ CONSTANTS = {
     "MAX_VALUES": yaml_document.MAX_VALUES,
     "MAX_CORNERS": promises.MAX_CORNERS,
     "MAX_TEXELS": textures.MAX_TEXELS,
+    "MOST_CONSTRAINTS": link_constraints.MOST_CONSTRAINTS,
     "MOST_IN_RUNS": voxel_runs.MOST_IN_RUNS,
 }
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from scene_graph_ros.planning import (
+    AngleBetweenVectorsConstraint,
     build_roadmap,
     compute_collision_avoidance_displacement,
     CspaceFreeBox,
@@ -17,10 +18,13 @@ from scene_graph_ros.planning import (
     iris_in_configuration_space,
     KinematicTrajectoryOptimization,
     MaxCliqueSolverViaMip,
+    measure_constraints,
     NonlinearProgram,
+    OrientationConstraint,
     plan_through_regions,
     plan_trajectory,
     PoseTarget,
+    PositionConstraint,
     regions_along,
     regions_around,
     RobotClearance,
@@ -35,7 +39,7 @@ from scene_graph_ros.trajectories import BezierCurve, MotionLimits
 __all__ = ["CALLS", "INFINITE", "REFUSALS_ONLY"]
 
 INFINITE = {"ub", "deviation", "jacobian", "lower", "upper", "of_x", "of_u"} | {
-    *("full_array", "selected_values"),  # limits may be
+    *("full_array", "selected_values", "p_FQ_upper"),  # limits may be
 }
 """Arguments that may be infinite, as what is beyond all floats is."""
 
@@ -224,6 +228,32 @@ CALLS = {
             inverse_kinematics(w.free, PoseTarget("left/ball", np.eye(4)), near=near).nearest
         ),
         {"near": Q1},
+    ),
+    "AngleBetweenVectorsConstraint": (
+        lambda w, **arrays: AngleBetweenVectorsConstraint("l", angle_upper=1.0, **arrays).b_L,
+        {"a_A": [0.0, 1, 2], "b_L": [0.0, 0, 2]},
+    ),
+    "OrientationConstraint": (
+        lambda w, R_AT, R_LT: OrientationConstraint("l", R_AT, 1.0, R_LT).R_LT,
+        {"R_AT": np.eye(3).tolist(), "R_LT": [[0.0, -1, 0], [1, 0, 0], [0, 0, 1]]},
+    ),
+    "PositionConstraint": (
+        lambda w, **arrays: PositionConstraint("l", **arrays).p_FQ_upper,
+        {
+            "p_FQ_lower": [0.0, 1, 2],
+            "p_FQ_upper": [1.0, 2, 3],
+            "p_LQ": [0.0, 1, 2],
+            "X_AF": np.eye(4).tolist(),
+        },
+    ),
+    "measure_constraints": (
+        lambda w, edges: [
+            each.status.value
+            for each in measure_constraints(
+                w.free, edges, [PositionConstraint("left/ball", np.full(3, -9.0), np.full(3, 9.0))]
+            )
+        ],
+        {"edges": [[Q1, Q2]]},
     ),
     "plan_trajectory": (
         _duration,

@@ -106,6 +106,7 @@ def _search(
         "group": wanted.group,
         "start_tolerance": float(limit("start_tolerance")),
         "start_overlap": wanted.start_overlap,
+        "constraints": wanted.constraints,
         "watch": watch,
     }
     fastest, motion = _limits_of_fastest(goal.request, wanted), None
@@ -186,6 +187,7 @@ def _planned(
             wanted.limits,
             limit,
             partial(_look, goal, found, time.monotonic()),
+            wanted.constraints,
             others=0 if replaced is None else len(replaced.rest().nanoseconds) - 1,
         )
         if timed.points is None or timed.trajectory is None:
@@ -233,6 +235,7 @@ def _timed(
         retimer=wanted.retimer,
         start_tolerance=float(limit("start_tolerance")),
         free_from=found.free_from,
+        constraints=wanted.constraints,
         timeout=patience,
         watch=partial(_look, goal, found, time.monotonic()),
         **wanted.start_rates,

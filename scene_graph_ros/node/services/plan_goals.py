@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from msg_adapters.errors import MessageError, UnavailableError
+from msg_adapters.errors import MessageError, TooLargeError, UnavailableError
+from msg_adapters.link_constraints import link_constraint_from_msg
 from msg_adapters.pose_goals import pose_target_from_msg
 from msg_adapters.robot_configurations import (
     configurations_from_msg,
@@ -28,6 +29,7 @@ from scene_graph_ros.node.world.planning_robots import PlanningRobots
 from scene_graph_ros.node.world.reported_joints import require_reported
 from scene_graph_ros.node.world.world import WorldSnapshot
 from scene_graph_ros.planning import (
+    LinkConstraint,
     MissingRetimerError,
     PlanProgress,
     PoseTarget,
@@ -36,6 +38,7 @@ from scene_graph_ros.planning import (
     TimedPath,
 )
 from scene_graph_ros.planning.checker.position_limits import moved_inside
+from scene_graph_ros.planning.constraints.link_constraints import MOST_CONSTRAINTS
 from scene_graph_ros.robots.tree_kernels import FLOATING
 from scene_graph_ros.trajectories import MotionLimits
 from scene_graph_ros.trajectories.retimer import Retimer
@@ -74,6 +77,7 @@ class PlanGoal(NamedTuple):
     retimer: Retimer
     start_overlap: float
     """Metres."""
+    constraints: tuple[LinkConstraint, ...]
     replaced: Replaced | None
     """The trajectory that it goes on from."""
 
@@ -141,10 +145,11 @@ def checked_goal(
     overlap = padding_from_msg(request.start_overlap, "start_overlap")
     if overlap < 0.0:
         raise MessageError(f"start_overlap must not be negative, got {overlap:g}")
+    constraints = _constraints(request, robots)
     require_reported(request, robots, snapshot, limit, now)
     if replaced is not None:
         require_followed(replaced, robots, present, snapshot)
-    how = limits, rise_time, retimer, overlap, replaced
+    how = limits, rise_time, retimer, overlap, constraints, replaced
     return PlanGoal(starts[0], goals, group, moving, paddings, *how)
 
 
@@ -182,6 +187,19 @@ def _goals(
     return goals
 
 
+def _constraints(request: Any, robots: PlanningRobots) -> tuple[LinkConstraint, ...]:
+    """Return what holds on all of the way. Raises TooLargeError for too many."""
+    count = len(request.constraints)
+    if count > MOST_CONSTRAINTS:
+        raise TooLargeError(
+            f"constraints must be {MOST_CONSTRAINTS} at most, and there are {count}"
+        )
+    return tuple(
+        link_constraint_from_msg(each, robots.links, f"constraints[{row}]")
+        for row, each in enumerate(request.constraints)
+    )
+
+
 def _limits(message: Any, robots: PlanningRobots, moving: NDArray[np.intp]) -> MotionLimits:
     """Return the limits of the positions that move; raises MessageError where a joint floats."""
     tree = robots.tree
@@ -217,6 +235,7 @@ def thinned(
     limits: MotionLimits,
     limit: Callable[[str], Any],
     watch: Callable[[], None],
+    constraints: tuple[LinkConstraint, ...] = (),
     *,
     others: int = 0,
 ) -> TimedPath:
@@ -230,6 +249,7 @@ def thinned(
         limits,
         max(int(limit("max_trajectory_points")) - others, 2),
         deviation=float(limit("thinning_deviation")),
+        constraints=constraints,
         timeout=float(limit("max_planning_time")),
         watch=watch,
     )

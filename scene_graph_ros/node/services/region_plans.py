@@ -139,6 +139,8 @@ def plan(
     wanted = checked_goal(request, robots, snapshot, limit, clock())
     if wanted.start_overlap:
         raise MessageError("start_overlap must be 0 with the planner 'regions': a start is in one")
+    if wanted.constraints:
+        raise MessageError("constraints must be empty with the planner 'regions'")
     measured = wanted.start
     wanted = wanted._replace(start=start_inside(measured, robots, wanted.moving, limit))
     rules = rules_from_msg(request.regions, "regions")

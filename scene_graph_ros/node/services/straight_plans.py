@@ -49,6 +49,7 @@ _FAILURES = {
     StraightFailure.START: _R.START_COLLIDES,
     StraightFailure.TIMEOUT: _R.TIMEOUT,
     StraightFailure.TIMING: _R.NOT_TIMED,
+    StraightFailure.CONSTRAINT: _R.GOAL_VIOLATES_CONSTRAINT,
 }
 
 
@@ -84,12 +85,15 @@ def plan(
             target.X_LT,
             wanted.limits,
             group=wanted.group,
+            constraints=wanted.constraints,
             timeout=patience(request.timeout, limit),
             watch=watch.look,
         )
         _tell(found, robots, wanted, result)
         if found.is_success and found.timed is not None and wanted.limits is not None:
-            timed = thinned(found.timed, checker, wanted.limits, limit, watch.look)
+            timed = thinned(
+                found.timed, checker, wanted.limits, limit, watch.look, wanted.constraints
+            )
             if not timed.is_success:
                 result.failure, result.reason = _R.NOT_TIMED, timed.reason or ""
     except CancelledError as cancelled:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 import time
 from typing import NamedTuple, TYPE_CHECKING
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
+from scene_graph_ros.planning.constraints.link_constraints import as_constraints, LinkConstraint
 from scene_graph_ros.planning.ik.pose_target import PoseTarget
 from scene_graph_ros.planning.motion.plan_motion import least_time, spline_motion
 from scene_graph_ros.planning.motion.spline_motion import GOOD_ENOUGH, load_spline_kernels
@@ -48,6 +49,7 @@ def plan_trajectory(
     limits: MotionLimits,
     *,
     group: str | None = None,
+    constraints: Iterable[LinkConstraint] = (),
     start_velocity: ArrayLike | None = None,
     start_acceleration: ArrayLike | None = None,
     start_tolerance: float = 0.0,
@@ -69,7 +71,8 @@ def plan_trajectory(
     ``group`` or all: configurations in it that are near the start and near random ones are the
     goals. ``limits`` name all positions that move. ``start_velocity`` and ``start_acceleration``
     ``(nq,)`` are as of `time_path`, all others as of `plan_path`; ``timeout`` (s) is for all of
-    it: when a path is found, but no motion yet, there is none in time.
+    it: when a path is found, but no motion yet, there is none in time. The motion holds
+    ``constraints`` at all times, proven; then it is the path that is timed.
 
     Raises as `plan_path` and `time_path` do, and PlanningError for a set of another dimension.
     """
@@ -82,6 +85,7 @@ def plan_trajectory(
         start_velocity,
         start_acceleration,
         start_tolerance,
+        as_constraints(constraints),
         _Clock(patience, watch),
     )
     own = asked.problem(np.repeat(checker.checked_configurations(start)[:1], 2, axis=0))
@@ -96,6 +100,7 @@ def plan_trajectory(
             group=group,
             seed=seed + turn,
             timeout=asked.clock.left(),
+            constraints=asked.constraints,
             start_tolerance=start_tolerance,
             start_overlap=start_overlap,
             watch=asked.clock.tell,
@@ -158,13 +163,15 @@ class _Asked(NamedTuple):
     start_velocity: ArrayLike | None
     start_acceleration: ArrayLike | None
     start_tolerance: float
+    constraints: tuple[LinkConstraint, ...]
     clock: _Clock
 
     def problem(self, path: NDArray[np.float64]) -> TimingProblem:
         """Return the timing problem of a path."""
         start = (self.start_velocity, self.start_acceleration)
         options = PathOptions(None, (), (), start, (None, None))
-        problem = with_options(timing_problem(self.checker, path, self.limits), options)
+        problem = timing_problem(self.checker, path, self.limits, constraints=self.constraints)
+        problem = with_options(problem, options)
         return problem._replace(start_tolerance=self.start_tolerance)
 
     def motion(self, plan: Plan) -> TimedPath:
@@ -179,7 +186,8 @@ class _Asked(NamedTuple):
             found = self._timed(plan)
             if found.is_success and found.duration <= GOOD_ENOUGH * least_time(problem):
                 return replace(found, plan=plan)
-        if len(path) > 1 and problem.start.is_rest and plan.free_from == 0:
+        is_open = problem.start.is_rest and plan.free_from == 0 and not self.constraints
+        if len(path) > 1 and is_open:
             turns = Turns(self.clock.left(), lambda: self._tell(plan))
             spline = spline_motion(problem, turns)
             if spline is not None and not (
@@ -199,6 +207,7 @@ class _Asked(NamedTuple):
             self.limits,
             start_tolerance=self.start_tolerance,
             free_from=plan.free_from,
+            constraints=self.constraints,
             start_velocity=self.start_velocity,
             start_acceleration=self.start_acceleration,
             timeout=self.clock.left(),

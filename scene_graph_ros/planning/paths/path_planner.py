@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 import time
 from typing import Any, NamedTuple, TYPE_CHECKING
@@ -14,6 +14,9 @@ from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
 from scene_graph_ros.planning.checker.path_ends import find_troubles
 from scene_graph_ros.planning.checker.position_limits import describe_excess, moved_inside
+from scene_graph_ros.planning.constraints.held_constraints import HeldConstraints
+from scene_graph_ros.planning.constraints.link_constraints import as_constraints, LinkConstraint
+from scene_graph_ros.planning.constraints.proof_kernels import HELD
 from scene_graph_ros.planning.edges.edge_proofs import EdgeProofs, prove
 from scene_graph_ros.planning.edges.edge_stretches import EdgeRules, FREE, UNFINISHED
 from scene_graph_ros.planning.errors import PlanningError
@@ -26,6 +29,12 @@ from scene_graph_ros.planning.paths.plan_arguments import (
     checked_tolerance,
     targets_of,
 )
+from scene_graph_ros.planning.paths.plan_ends import (
+    checked_ends,
+    checked_moves,
+    lead_violation,
+    violation,
+)
 from scene_graph_ros.planning.paths.planned_path import Plan, PlanProgress, PlanStage
 from scene_graph_ros.planning.paths.planners import check_planner, new_search
 from scene_graph_ros.planning.paths.pose_goals import find_pose_goals, load_pose_kernels
@@ -37,7 +46,6 @@ from scene_graph_ros.planning.paths.search.path_search import (
 )
 from scene_graph_ros.planning.paths.search.position_space import (
     moving_positions,
-    normalized,
     PositionSpace,
 )
 from scene_graph_ros.planning.plan_failure import PlanFailure
@@ -97,6 +105,7 @@ class _Problem(NamedTuple):
     turns: Turns | None
     """Whom it takes turns with; without, it is in a thread of its own."""
     search: PathSearch
+    held: HeldConstraints
 
     @property
     def search_rules(self) -> EdgeRules:
@@ -126,6 +135,7 @@ def plan_path(
     timeout: float | None = PATIENCE,
     group: str | None = None,
     roadmap: Roadmap | None = None,
+    constraints: Iterable[LinkConstraint] = (),
     least_saving: float = LEAST_SAVING,
     start_tolerance: float = 0.0,
     start_overlap: float = 0.0,
@@ -147,6 +157,10 @@ def plan_path(
     deeper than at the start by more than 0.01 mm, and that no other collides.
     Joints that turn without an end go round whichever way is free, and may arrive full turns away
     from the goal's number.
+    ``constraints`` are conditions on links that hold at all configurations of the path, proven to
+    1e-9 rad and m: `AngleBetweenVectorsConstraint`, `OrientationConstraint`, `PositionConstraint`.
+    Start and goals have to hold them, too. Then trees grow by steps that are projected to where
+    the conditions hold, and the planner has to be ``"rrt_connect"``.
 
     The path is the same for the same ``seed``, unless it ran out of time: ``timeout`` (s) ends the
     search for shorter ones, too; kernels that are not compiled yet are, before time is counted.
@@ -167,7 +181,8 @@ def plan_path(
     `SceneGraphCollisionChecker` does for configurations of another shape or with numbers that mean
     nothing.
     """
-    check_planner(planner, roadmap)
+    constraints = as_constraints(constraints)
+    check_planner(planner, roadmap, has_constraints=bool(constraints))
     patience, saving = checked_numbers(seed, timeout, least_saving)
     slack, overlap = (
         checked_tolerance(name, value)
@@ -177,7 +192,7 @@ def plan_path(
     start = real_array(start, "start must be numbers (nq,)", PlanningError)
     if start.ndim != 1:
         raise PlanningError(f"start must have shape (nq,), not {start.shape}")
-    targets = targets_of(goal)
+    targets, held = targets_of(goal), HeldConstraints(checker.plan.tree, constraints)
     reached: Sequence[int] | None = None
     spent = 0.0
     if targets is not None:
@@ -185,14 +200,14 @@ def plan_path(
         if isinstance(found, Plan):
             return found
         goal, reached, spent = found
-    first, goals = _ends(checker, start, goal)
-    moves = _moving(checker, first, goals, group)
+    first, goals = checked_ends(checker, start, goal)
+    moves = checked_moves(checker, first, goals, group)
     measured, first = first, moved_inside(checker.plan.tree, first, moves, slack)
     lead = lead_out(checker, measured, first, moves, overlap)
     first = lead.configurations[-1] if len(lead.configurations) else first
     space = PositionSpace.of(checker.plan, np.concatenate([first[np.newaxis], goals]), moves)
     left = None if patience is None else max(patience - spent, 0.0)
-    make_search = new_search(planner, roadmap, left)
+    make_search = new_search(planner, roadmap, left, held, moves)
     rules = search_rules(checker.tolerance)
     task = SearchTask(checker.plan, space, rules, int(seed), new_stop(), saving)
     search = make_search(task)
@@ -202,7 +217,18 @@ def plan_path(
     def solve(search: PathSearch, stops: Stops, turns: Turns | None) -> Plan:
         return _solve(
             _Problem(
-                checker, first, goals, space, moves, lead, patience, progress, stops, turns, search
+                checker,
+                first,
+                goals,
+                space,
+                moves,
+                lead,
+                patience,
+                progress,
+                stops,
+                turns,
+                search,
+                held,
             )
         )
 
@@ -210,7 +236,7 @@ def plan_path(
         if watch is not None:
             watch(progress.now())
 
-    if planner == "rrt_connect":
+    if planner == "rrt_connect" and not held:
         turns = Turns(left, look)
         search.begin(turns.stops.looking, turns)
         plan = solve(search, turns.stops, turns)
@@ -225,27 +251,18 @@ def plan_path(
 
 def _load_kernels(checker: SceneGraphCollisionChecker, search: PathSearch) -> None:
     """Load the kernels, or compile them, before time is counted, once in a process."""
-    if "search" in _loaded:
+    key = type(search).__name__
+    if key in _loaded:
         return
     none = np.empty((0, 2, checker.plan.tree.num_positions))
     prove(checker.plan, none, _final_rules(checker), scratch=search.scratch)
     search.load_kernel()
-    _loaded.add("search")
+    _loaded.add(key)
 
 
 def _final_rules(checker: SceneGraphCollisionChecker) -> EdgeRules:
     """Return the rules of the final proof."""
     return EdgeRules(False, part=0.5, tolerance=checker.tolerance, asks_ends=False)
-
-
-def _ends(
-    checker: SceneGraphCollisionChecker, start: ArrayLike, goal: Any
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return start ``(nq,)`` and goals ``(m, nq)`` after checking them."""
-    first, goals = (checker.checked_configurations(each) for each in (start, goal))
-    if not len(goals):
-        raise PlanningError("goal must have at least one configuration")
-    return normalized(checker.plan.tree, first)[0], normalized(checker.plan.tree, goals)
 
 
 def _reaching(
@@ -279,43 +296,31 @@ def _reaching(
     return found.configurations, found.targets, progress.seconds
 
 
-def _moving(
-    checker: SceneGraphCollisionChecker,
-    start: NDArray[np.float64],
-    goals: NDArray[np.float64],
-    group: str | None,
-) -> NDArray[np.bool_]:
-    """Return ``(nq,)`` which positions may change, after checking that no others have to."""
-    tree = checker.plan.tree
-    moves = moving_positions(tree, group)
-    stays = ~moves & (goals != start)
-    if stays.any():
-        row, column = np.argwhere(stays)[0]
-        raise PlanningError(
-            f"position {tree.position_names[column]!r} is not of group {group!r} and must stay at"
-            f" {start[column]:.10g}; in goal {row} it is {goals[row, column]:.10g}"
-        )
-    return moves
-
-
 def _solve(problem: _Problem) -> Plan:
     """Return the plan; told to stop, the best one so far."""
     checker, tolerance = problem.checker, problem.search_rules.tolerance
     ends = np.concatenate([problem.start[np.newaxis], problem.goals])
     stop = problem.stops.proving
-    trouble, *others = find_troubles(checker, ends, tolerance, stop, problem.prove, problem.moves)
+    found = find_troubles(checker, ends, tolerance, stop, problem.prove, problem.moves)
+    trouble, *others = (
+        each or violation(problem.held, q) for each, q in zip(found, ends, strict=True)
+    )
     if trouble is not None:
         words = f"the start {trouble.words}{problem.lead.words}"
         return _failed(problem, trouble.of_start, words)
+    broken = lead_violation(problem.held, problem.lead.configurations)
+    if broken is not None:
+        words = f"the way from the start back to limits {broken}"
+        return _failed(problem, PlanFailure.START_VIOLATES_CONSTRAINT, words)
     usable = [row for row, other in enumerate(others) if other is None]
     if usable:
         return _search(problem, usable)
-    found = [other for other in others if other is not None]
-    kind = min((other.of_goal for other in found), key=lambda kind: kind.value)
-    if len(found) == 1:
-        return _failed(problem, kind, f"the goal {found[0].words}")
-    words = "; ".join(f"goal {row} {each.words}" for row, each in enumerate(found[:_QUOTED]))
-    return _failed(problem, kind, f"none of {len(found)} goals can be reached: {words}")
+    faults = [other for other in others if other is not None]
+    kind = min((other.of_goal for other in faults), key=lambda kind: kind.value)
+    if len(faults) == 1:
+        return _failed(problem, kind, f"the goal {faults[0].words}")
+    words = "; ".join(f"goal {row} {each.words}" for row, each in enumerate(faults[:_QUOTED]))
+    return _failed(problem, kind, f"none of {len(faults)} goals can be reached: {words}")
 
 
 def _search(problem: _Problem, usable: Sequence[int]) -> Plan:
@@ -352,7 +357,10 @@ def _proven(
         ends = free if len(free) > 1 else np.repeat(free, 2, axis=0)
         edges = np.stack([ends[:-1], ends[1:]], axis=1)
         proofs = problem.prove(problem.checker.plan, edges, rules, stop=stop)
-        if (proofs.statuses == FREE).all():
+        # Conditions hold on all of it, also where it is led out.
+        every = np.stack([whole[:-1], whole[1:]], axis=1) if len(whole) > 1 else edges
+        is_held = bool((problem.held.prove(every, stop=stop).answers == HELD).all())
+        if is_held and (proofs.statuses == FREE).all():
             whole.setflags(write=False)
             least = max(float(proofs.numbers[:, 2].min()), 0.0)
             length = problem.space.length(whole)

@@ -6,8 +6,13 @@ from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import NDArray
+
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.planning.constraints.held_constraints import HeldConstraints
 from scene_graph_ros.planning.errors import PlanningError
+from scene_graph_ros.planning.paths.manifold.manifold_search import ManifoldSearch
 from scene_graph_ros.planning.paths.ompl_bridge.ompl_planner import OmplPlanner, OmplSearch
 from scene_graph_ros.planning.paths.search.path_search import PathSearch, SearchTask
 
@@ -33,8 +38,10 @@ PLANNERS = tuple(_SEARCHES)
 """What may be asked for."""
 
 
-def check_planner(planner: object, roadmap: Roadmap | None) -> None:
-    """Raise PlanningError for an unknown planner, and for a roadmap that it does not take."""
+def check_planner(
+    planner: object, roadmap: Roadmap | None, *, has_constraints: bool = False
+) -> None:
+    """Raise PlanningError for an unknown planner, and for what it does not take."""
     if planner not in PLANNERS and not isinstance(planner, OmplPlanner):
         known = ", ".join(PLANNERS)
         raise PlanningError(
@@ -42,12 +49,25 @@ def check_planner(planner: object, roadmap: Roadmap | None) -> None:
         )
     if roadmap is not None and planner != "prm":
         raise PlanningError(f"a roadmap is for the planner 'prm', not for {quoted(planner)}")
+    if has_constraints and planner != "rrt_connect":
+        raise PlanningError(
+            f"constraints are for the planner 'rrt_connect', not for {quoted(planner)}"
+        )
 
 
 def new_search(
-    planner: str | OmplPlanner, roadmap: Roadmap | None, timeout: float | None
+    planner: str | OmplPlanner,
+    roadmap: Roadmap | None,
+    timeout: float | None,
+    held: HeldConstraints,
+    moves: NDArray[np.bool_],
 ) -> Callable[..., PathSearch]:
-    """Return the factory of a search. Raises MissingOmplError, and PlanningError as it does."""
+    """Return the factory of a search. Raises MissingOmplError, and PlanningError as it does.
+
+    ``held`` are conditions that hold along paths, ``moves`` ``(nq,)`` the positions that may move.
+    """
+    if held:
+        return partial(ManifoldSearch, held=held, moves=moves)
     if isinstance(planner, OmplPlanner):
         planner.check_name()
         return partial(OmplSearch, planner=planner, timeout=timeout)

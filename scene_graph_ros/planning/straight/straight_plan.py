@@ -31,6 +31,8 @@ class StraightFailure(enum.Enum):
     """It was not done in time."""
     TIMING = 7
     """It is all there, but was not timed."""
+    CONSTRAINT = 8
+    """The next edge is not proven to hold a constraint."""
 
 
 @one_line()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 import math
 import time
 from typing import NamedTuple
@@ -15,6 +15,9 @@ from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.geometry.spatial.poses import as_pose, as_poses
 from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
 from scene_graph_ros.planning.checker.path_ends import find_troubles, pair_words
+from scene_graph_ros.planning.constraints.held_constraints import HeldConstraints
+from scene_graph_ros.planning.constraints.link_constraints import LinkConstraint
+from scene_graph_ros.planning.constraints.proof_kernels import HELD
 from scene_graph_ros.planning.ik.arguments import first_configurations
 from scene_graph_ros.planning.ik.pose_search import pose_search, PoseSearch, which_move
 from scene_graph_ros.planning.ik.pose_target import InverseKinematicsError
@@ -50,6 +53,7 @@ def plan_straight(
     *,
     group: str | None = None,
     motion: str = "straight",
+    constraints: Iterable[LinkConstraint] = (),
     deviation: float = 1e-4,
     rotation_deviation: float = 1e-3,
     timeout: float | None = None,
@@ -68,9 +72,11 @@ def plan_straight(
     why. With ``limits`` it is timed (`time_path`). ``group`` names the joints that may move.
     After ``timeout`` (s) it ends where it is; ``watch`` is called now and then and may raise.
 
-    Raises InverseKinematicsError naming the argument, InvalidPoseError for a pose that is not
-    rigid, KinematicTreeError for an unknown link or group and for a bad start, and TrajectoryError
-    for bad limits.
+    ``constraints`` are as of `plan_path`: it ends before an edge that is not proven to hold them.
+
+    Raises InverseKinematicsError naming the argument, PlanningError for bad constraints,
+    InvalidPoseError for a pose that is not rigid, KinematicTreeError for an unknown link or group
+    and for a bad start, and TrajectoryError for bad limits.
     """
     deviations = _positive(deviation=deviation, rotation_deviation=rotation_deviation)
     patience = math.inf if timeout is None else _positive(timeout=timeout)[0]
@@ -87,9 +93,11 @@ def plan_straight(
     if start is None:
         raise InverseKinematicsError("start must be a configuration (nq,), not None")
     q, poses = first_configurations(tree, start, name="start"), as_poses(X_WTs, "X_WTs")
+    held = HeldConstraints(tree, constraints)
     (trouble,) = find_troubles(checker, q, checker.tolerance, new_stop(), moves=moves)
-    if trouble is not None:
-        words = f"the start {trouble.words}"
+    fault = trouble.words if trouble is not None else held.describe_excess(q[0])
+    if fault is not None:
+        words = f"the start {fault}"
         return _plan(q, [0.0], (0.0, 0.0), 0.0, (StraightFailure.START, words))
     search = pose_search(tree, link, X, moves, q[0], tries=1, seed=0)
     first = tree.link_poses(q, [link])[0, 0] @ X
@@ -100,7 +108,7 @@ def plan_straight(
     x = np.array(walk.x)
     path = search.chain.configurations(x, np.repeat(q, len(x), axis=0))
     path[0] = q[0]
-    return _proven(checker, path, walk, ended, limits, end)
+    return _proven(checker, path, walk, ended, held, limits, end)
 
 
 def _positive(**numbers: float) -> tuple[float, ...]:
@@ -216,13 +224,20 @@ def _proven(
     path: NDArray[np.float64],
     walk: _Walk,
     ended: _Ended,
+    held: HeldConstraints,
     limits: MotionLimits | None,
     end: float,
 ) -> StraightPlan:
-    """Return the part of a path that is proven free, timed if it is to be."""
-    measures = checker.measure_edges(np.stack([path[:-1], path[1:]], axis=1))
+    """Return the part of a path that is proven free, and to hold constraints, timed if asked."""
+    edges = np.stack([path[:-1], path[1:]], axis=1)
+    measures, holds = checker.measure_edges(edges), held.prove(edges)
     count = next((k for k, each in enumerate(measures) if not each.completely_free), len(path) - 1)
-    if count < len(measures):
+    broken = np.flatnonzero(holds.answers != HELD)
+    if len(broken) and broken[0] <= count:
+        count = int(broken[0])
+        words = f"the next edge {held.describe(edges[count], holds, count)}"
+        ended = StraightFailure.CONSTRAINT, words
+    elif count < len(measures):
         pair = measures[count].pair
         words = pair_words(checker, pair) if pair is not None else "the robot and its surroundings"
         ended = (
@@ -237,7 +252,7 @@ def _proven(
     path, fractions, timed = path[: count + 1], walk.fractions[: count + 1], None
     if limits is not None and count:
         left = None if math.isinf(end) else max(1e-3, end - time.perf_counter())
-        timed = time_path(checker, path, limits, timeout=left)
+        timed = time_path(checker, path, limits, constraints=held.constraints, timeout=left)
         if timed.failure is not None and ended is None:
             ended = StraightFailure.TIMING, f"it is not timed: {timed.reason}"
     both = float(deviations[0]), float(deviations[1])

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from scene_graph_ros.geometry.real_arrays import real_array
 from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
+from scene_graph_ros.planning.constraints.link_constraints import LinkConstraint
 from scene_graph_ros.planning.edges.edge_stretches import FREE
 from scene_graph_ros.planning.parallel.stoppable import Turns
 from scene_graph_ros.planning.timing.timing_problem import (
@@ -56,6 +57,7 @@ def time_curve(
     rise_time: float = 0.0,
     retimer: Retimer | str = "time_optimal",
     grid_points: int | None = None,
+    constraints: Iterable[LinkConstraint] = (),
     timeout: float | None = None,
     watch: Callable[[], None] | None = None,
 ) -> TimedPath:
@@ -79,6 +81,7 @@ def time_curve(
         limits,
         rise_time,
         as_retimer(retimer, grid_points),
+        constraints,
     )
     if isinstance(curve, CompositeTrajectory) and all(
         isinstance(segment, BezierCurve) for segment in curve.segments

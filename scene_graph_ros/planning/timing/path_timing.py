@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
+from scene_graph_ros.planning.constraints.link_constraints import LinkConstraint
 from scene_graph_ros.planning.edges.edge_stretches import FREE
 from scene_graph_ros.planning.parallel.stoppable import Turns
 from scene_graph_ros.planning.timing.leading_part import led_out, parts_of
@@ -48,6 +49,7 @@ def time_path(
     grid_points: int | None = None,
     start_tolerance: float = 0.0,
     free_from: int = 0,
+    constraints: Iterable[LinkConstraint] = (),
     deviation: ArrayLike | None = None,
     through: ArrayLike = (),
     at_rest: ArrayLike = (),
@@ -87,7 +89,7 @@ def time_path(
     are. ``start_tolerance`` (rad or m), ``timeout`` (s) and ``watch`` are as of `plan_path`. A
     `Plan` whose start collides says from which of its configurations on it is free: ``free_from``.
     The trajectory rests there. Before, it is proven that no pair gets deeper than at the start by
-    more than 0.01 mm.
+    more than 0.01 mm. ``constraints`` are as of `plan_path`, and hold at all times.
 
     Raises TrajectoryError naming the fault: rows that the path has not, rates beyond
     their limits, a path that moves positions without limits, or turns a floating joint. Raises as
@@ -96,7 +98,7 @@ def time_path(
     """
     # Others may change theirs meanwhile.
     chosen = as_retimer(retimer, grid_points)
-    problem = timing_problem(checker.clone(), path, limits, rise_time, chosen)
+    problem = timing_problem(checker.clone(), path, limits, rise_time, chosen, constraints)
     asked = PathOptions(
         deviation,
         through,
@@ -120,6 +122,7 @@ def prove_trajectory(
     points: TrajectoryPoints,
     limits: MotionLimits,
     *,
+    constraints: Iterable[LinkConstraint] = (),
     timeout: float | None = None,
     watch: Callable[[], None] | None = None,
 ) -> TimedPath:
@@ -128,14 +131,15 @@ def prove_trajectory(
     ``points`` have the configurations of all positions ``(m, nq)``, and velocities. The curves
     looked at are those that controllers run through them: cubics, with accelerations quintics.
     ``limits`` are of the positions that move, by name; those of positions are the robot's. A
-    failure says which limit is exceeded, by how much and when, or which pair is not proven apart.
+    failure says which limit is exceeded, by how much and when, which pair is not proven apart, or
+    which of ``constraints``, as of `plan_path`, is not proven to hold.
 
     ``timeout`` (s) and ``watch`` are as of `plan_path`. Raises TrajectoryError for points without
     velocities, for a single one, and as `time_path` does.
     """
     if points.velocities is None or len(points.positions) < 2:
         raise TrajectoryError("points must be two or more, with velocities")
-    problem = timing_problem(checker.clone(), points.positions, limits)
+    problem = timing_problem(checker.clone(), points.positions, limits, constraints=constraints)
     for name in ("velocities", "accelerations"):
         rates = getattr(points, name)
         if rates is not None:
@@ -179,8 +183,8 @@ def _timed(problem: TimingProblem, turns: Turns) -> TimedPath:
 def _retimed(problem: TimingProblem, turns: Turns) -> TimedPath:
     """Return the trajectory; told to stop, why there is none. Raises RetimingError."""
     found = _along(problem, RoundedPath(problem), turns)
-    if found.failure is TimingFailure.NOT_FREE:
-        # What was left out of the path as rounding may have been what kept it free.
+    if found.failure in (TimingFailure.NOT_FREE, TimingFailure.CONSTRAINT):
+        # What was left out of the path as rounding may have been what kept it free, or held.
         whole = RoundedPath(problem, leaves_out=False)
         if whole.num_points > RoundedPath(problem).num_points:
             return _along(problem, whole, turns)

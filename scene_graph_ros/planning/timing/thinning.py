@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.number_checks import positive, whole
 from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
+from scene_graph_ros.planning.constraints.link_constraints import LinkConstraint
 from scene_graph_ros.planning.edges.edge_stretches import FREE
 from scene_graph_ros.planning.parallel.stoppable import Turns
 from scene_graph_ros.planning.timing.timing_problem import (
     beyond_limit,
+    constraint_failure,
     in_turns,
     not_free,
     rate_or_position_excess,
@@ -51,6 +53,7 @@ def thin_trajectory(
     max_points: int,
     *,
     deviation: float = 1e-3,
+    constraints: Iterable[LinkConstraint] = (),
     timeout: float | None = None,
     watch: Callable[[], None] | None = None,
 ) -> TimedPath:
@@ -59,7 +62,8 @@ def thin_trajectory(
     Points are left out. The polynomials through the remaining ones are within ``deviation`` (rad
     or m) of those before, in each position and at each share of the duration; ``thinned_by`` of
     the answer says how near they are. From rest to rest it takes up to 1 % longer, to keep
-    ``limits``. They are proven free, as of `time_path`, whose ``timeout`` and ``watch`` these are.
+    ``limits``. They are proven free, and to hold ``constraints``, as of `time_path`, whose
+    ``timeout`` and ``watch`` these are.
     Points at rest and ``free_from`` are kept. A trajectory that has no more points, and one that
     is a failure, is returned as it is.
 
@@ -71,7 +75,7 @@ def thin_trajectory(
     if timed.points is None or len(timed.points.positions) <= count:
         return timed
     points = timed.points
-    problem = timing_problem(checker.clone(), points.positions, limits)
+    problem = timing_problem(checker.clone(), points.positions, limits, constraints=constraints)
     always = np.zeros(len(points.positions), dtype=np.bool_)
     if points.velocities is not None:
         always[~points.velocities.any(axis=1)] = True
@@ -115,6 +119,9 @@ def _thinned(
     excess = rate_or_position_excess(problem, trajectory)
     if excess is not None:
         return beyond_limit(problem, excess)
+    broken = constraint_failure(problem, trajectory)
+    if broken is not None:
+        return broken
     free_from = int(kept[: timed.free_from].sum())
     proofs = problem.prove(trajectory.control_points[free_from:], turns)
     if (proofs.statuses != FREE).any():

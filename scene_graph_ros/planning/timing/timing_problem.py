@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 import enum
 import math
@@ -16,9 +16,12 @@ from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
 from scene_graph_ros.planning.checker.path_ends import pair_words
+from scene_graph_ros.planning.constraints.held_constraints import HeldConstraints
+from scene_graph_ros.planning.constraints.link_constraints import LinkConstraint
+from scene_graph_ros.planning.constraints.proof_kernels import HELD
 from scene_graph_ros.planning.edges.curves import turning_quaternions
 from scene_graph_ros.planning.edges.edge_proofs import EdgeProofs, prove
-from scene_graph_ros.planning.edges.edge_stretches import EdgeRules, FREE, UNFINISHED
+from scene_graph_ros.planning.edges.edge_stretches import EdgeRules, FREE, UNDECIDED, UNFINISHED
 from scene_graph_ros.planning.pairs.check_kernels import NO_PAIR
 from scene_graph_ros.planning.parallel.stoppable import Turns
 from scene_graph_ros.planning.paths.planned_path import Plan
@@ -43,6 +46,7 @@ __all__ = [
     "as_timed_path",
     "as_timeout",
     "beyond_limit",
+    "constraint_failure",
     "in_turns",
     "no_path",
     "not_free",
@@ -76,6 +80,8 @@ class TimingFailure(enum.Enum):
     """There is no path: the `Plan` says why."""
     TOO_MANY_POINTS = 6
     """It has more points than asked for, and with fewer it would be another one."""
+    CONSTRAINT = 7
+    """It is not proven to hold a constraint."""
 
 
 @one_line()
@@ -136,6 +142,8 @@ class TimingProblem(NamedTuple):
     start: EndRates
     """Velocity and acceleration ``(k,)``; of none where it rests."""
     end: EndRates
+    held: HeldConstraints
+    """What it has to hold at all times."""
 
     def whole(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return configurations ``(..., nq)`` of the positions that move ``(..., k)``."""
@@ -167,7 +175,20 @@ class TimingProblem(NamedTuple):
         turns.pause()
         if (proven.statuses == UNFINISHED).any():
             proven = turns.beside(proofs)
-        return proven
+        return self._with_constraints(points, proven, stop)
+
+    def _with_constraints(
+        self, points: NDArray[np.float64], proven: EdgeProofs, stop: NDArray[np.int64]
+    ) -> EdgeProofs:
+        """Return proofs of which those are undecided that are not proven to hold constraints."""
+        if not self.held:
+            return proven
+        broken = self.held.prove(self.whole(points), stop=stop).answers != HELD
+        broken &= proven.statuses == FREE
+        return proven._replace(
+            statuses=np.where(broken, UNDECIDED, proven.statuses),
+            pairs=np.where(broken, NO_PAIR, proven.pairs),
+        )
 
 
 def timing_problem(
@@ -176,6 +197,7 @@ def timing_problem(
     limits: MotionLimits,
     rise_time: float = 0.0,
     retimer: Retimer | None = None,
+    constraints: Iterable[LinkConstraint] = (),
 ) -> TimingProblem:
     """Return the checked arguments. Raises TrajectoryError as `time_path` says."""
     q, tree = checker.checked_configurations(path), checker.plan.tree
@@ -213,6 +235,7 @@ def timing_problem(
         none,
         rest,
         rest,
+        HeldConstraints(tree, constraints),
     )
 
 
@@ -308,11 +331,31 @@ def not_free(
         return beyond_limit(problem, excess)
     row = int(np.argmax(proofs.statuses != FREE))
     pair, (low, high) = int(proofs.pairs[row]), trajectory.breaks[row : row + 2]
+    broken = constraint_failure(problem, trajectory)
+    if broken is not None:
+        return broken
     who = "all pairs"
     if pair != NO_PAIR:
         who = pair_words(problem.checker, problem.checker.plan.ids(pair))
     what = f"{who} are not proven apart between {low:.6g} and {high:.6g} s"
     return _failed(TimingFailure.NOT_FREE, what)
+
+
+def constraint_failure(
+    problem: TimingProblem, trajectory: PiecewisePolynomial
+) -> TimedPath | None:
+    """Return which constraint a trajectory is not proven to hold and when, as a failure, or None.
+
+    ``trajectory`` is of the positions that have limits.
+    """
+    curves = problem.whole(trajectory.control_points)
+    proofs = problem.held.prove(curves)
+    if (proofs.answers == HELD).all():
+        return None
+    row = int(np.argmax(proofs.answers != HELD))
+    low, high = trajectory.breaks[row : row + 2]
+    words = problem.held.describe(curves[row], proofs, row)
+    return _failed(TimingFailure.CONSTRAINT, f"between {low:.6g} and {high:.6g} s it {words}")
 
 
 def _failed(kind: TimingFailure, reason: str) -> TimedPath:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from geometry_msgs.msg import Point, Vector3
 from scene_requests import pose
 
 from scene_graph_msgs.msg import (
+    LinkConstraint,
     MotionLimits,
     PoseGoal,
     QueryOptions,
@@ -59,6 +61,28 @@ REQUESTS: dict[str, dict[str, Any]] = {
         ],
         "with_trajectory": True,
         "limits": MotionLimits(names=["rail"], max_velocities=[1.0], max_acceleration=2.0),
+    },
+    "PlanPath that holds constraints": {
+        "goals": RobotConfigurations(names=["rail"], positions=[3.0]),
+        "with_trajectory": True,
+        "limits": MotionLimits(names=["rail"], max_velocities=[1.0], max_acceleration=2.0),
+        "constraints": [
+            LinkConstraint(
+                link="ball",
+                vector_in_frame=Vector3(z=1.0),
+                vector_in_link=Vector3(z=2.0),
+                angle_upper=0.1,
+            ),
+            LinkConstraint(type=LinkConstraint.ORIENTATION, link="ball", theta_bound=0.1),
+            LinkConstraint(
+                type=LinkConstraint.POSITION,
+                link="slide/ball",
+                point=Point(x=0.1),
+                box=pose(x=1.0),
+                lower=Vector3(x=-1e3, y=-1e3, z=-1e3),
+                upper=Vector3(x=1e3, y=1e3, z=1e3),
+            ),
+        ],
     },
     "PlanPath through regions": {
         "goals": RobotConfigurations(names=["rail"], positions=[-1.5]),

@@ -1,0 +1,1 @@
+"""Conditions on where links are, held at all times of a motion."""

@@ -1,0 +1,1 @@
+"""Paths along which conditions on links hold."""
