@@ -97,7 +97,7 @@ def _draw(rows: Sequence[_Row], path: Path) -> None:
         left.plot(spacings, [1e2 * r.false for r in chosen], "o-", label=f"false, {label}")
         left.plot(spacings, [1e2 * r.missed for r in chosen], "x:", label=f"missed, {label}")
         right.plot(spacings, [r.time for r in chosen], "o-", label=label)
-    for axes, name in ((left, "share of configurations, %"), (right, "a configuration, us")):
+    for axes, name in ((left, "share of configurations, %"), (right, "a configuration, µs")):
         axes.set(xscale="log", xlabel="spacing of points, mm", ylabel=name)
         axes.set_xticks([1e3 * each for each in _SPACINGS], [f"{1e3 * s:g}" for s in _SPACINGS])
         axes.minorticks_off()

@@ -31,7 +31,15 @@ from scene_graph_ros.geometry.tables.point_tree import place_points
 from scene_graph_ros.planning import RobotDiagram, SceneGraphCollisionChecker
 from scene_graph_ros.scene_files import register_robot
 
-__all__ = ["BOXES", "checker_of", "least", "main", "points_on_faces"]
+__all__ = [
+    "BOXES",
+    "checker_of",
+    "coal_octree",
+    "edges_from",
+    "least",
+    "main",
+    "points_on_faces",
+]
 
 BOXES = (
     ((0.5, 0.0, -0.02), (0.8, 1.4, 0.04)),
@@ -59,9 +67,13 @@ def points_on_faces(count: int, seed: int = 0) -> NDArray[np.float64]:
 
 
 def checker_of(
-    points: NDArray[np.float64] | None, radius: float = _RADIUS, *, boxes: bool = False
+    points: NDArray[np.float64] | None,
+    radius: float = _RADIUS,
+    *,
+    boxes: bool = False,
+    more: Sequence[GeometryInstance] = (),
 ) -> SceneGraphCollisionChecker:
-    """Return the checker of a Panda in a cloud, among the boxes themselves, or alone."""
+    """Return the checker of a Panda in a cloud, among the boxes themselves, or with ``more``."""
     model, semantics = panda()
     graph = SceneGraph()
     source = graph.register_source("panda")
@@ -71,6 +83,8 @@ def checker_of(
         box = GeometryInstance(pose_from_xyz_rpy(center), Box(*size), f"box_{row}")
         box.set_proximity_properties(ProximityProperties())
         graph.register_anchored_geometry(cell, box)
+    for instance in more:
+        graph.register_anchored_geometry(cell, instance)
     if points is not None:
         camera = graph.register_source("camera")
         instance = GeometryInstance(np.eye(4), PointCloud(points, radius), "seen")
@@ -93,12 +107,16 @@ def least(ask: Callable[[], Any], repeats: int = _REPEATS) -> float:
 
 
 def _queries(checker: SceneGraphCollisionChecker) -> tuple[NDArray[np.float64], ...]:
-    tree, rng = checker.plan.tree, np.random.default_rng(1)
-    q = tree.sample(rng, _CONFIGURATIONS)
-    free = q[checker.check_configs_collision_free(q)][:_EDGES]
-    way = rng.normal(size=free.shape)
+    tree = checker.plan.tree
+    q = tree.sample(np.random.default_rng(1), _CONFIGURATIONS)
+    return q, edges_from(tree, q[checker.check_configs_collision_free(q)][:_EDGES])
+
+
+def edges_from(tree: Any, q: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return edges ``(n, 2, nq)`` of 1.25 rad that begin at configurations."""
+    way = np.random.default_rng(2).normal(size=q.shape)
     way *= _LENGTH / np.linalg.norm(way, axis=1)[:, np.newaxis]
-    return q, np.stack([free, np.clip(free + way, tree.lower, tree.upper)], axis=1)
+    return np.stack([q, np.clip(q + way, tree.lower, tree.upper)], axis=1)
 
 
 def _ours(count: int) -> str:
@@ -127,14 +145,19 @@ def _without() -> str:
     return f"| none | | | {1e6 * one:.2f} | {1e6 * edge:.1f} | |"
 
 
-def _coal(count: int) -> str:
+def coal_octree(
+    points: NDArray[np.float64], voxel: float, q: NDArray[np.float64]
+) -> tuple[float, float]:
+    """Return us of a configuration beside Coal's octree of points, and ms to build that.
+
+    They are NaN where Coal is not installed.
+    """
     try:
         import coal
     except ImportError:
-        return "Coal is not installed: `make peers` installs it."
-    points = points_on_faces(count)
-    build = least(lambda: coal.makeOctree(points, _VOXEL), 1)
-    octree, checker = coal.makeOctree(points, _VOXEL), checker_of(None)
+        return float("nan"), float("nan")
+    build = least(lambda: coal.makeOctree(points, voxel), 1)
+    octree, checker = coal.makeOctree(points, voxel), checker_of(None)
     plan, inspector = checker.plan, checker.snapshot.inspector
     bodies = []
     for body in range(len(plan.carried)):
@@ -148,7 +171,6 @@ def _coal(count: int) -> str:
             shape, shift = coal.Convex.convexHull(vertices, False, "Qt"), np.zeros(3)
         bodies.append((shape, shift))
     request, still = coal.CollisionRequest(), coal.Transform3s()
-    q = _queries(checker)[0][:200]
     X_WL = np.array([plan.tree.link_poses(each) for each in q])
     X_WG = X_WL[:, plan.owners[: len(bodies)]] @ plan.X_LG
 
@@ -163,9 +185,17 @@ def _coal(count: int) -> str:
                     break
         return hits
 
+    return 1e6 * least(ask, 1) / len(q), 1e3 * build
+
+
+def _coal(count: int) -> str:
+    q = _queries(checker_of(None))[0][:200]
+    time_us, build_ms = coal_octree(points_on_faces(count), _VOXEL, q)
+    if np.isnan(time_us):
+        return "Coal is not installed: `make peers` installs it."
     return (
-        f"Coal's octree of {100 * _VOXEL:.0f} cm, {count} points: built in {1e3 * build:.0f} ms, a"
-        f" configuration {1e6 * least(ask, 1) / len(q):.0f} us, asked from Python body by body."
+        f"Coal's octree of {100 * _VOXEL:.0f} cm, {count} points: built in {build_ms:.0f} ms, a"
+        f" configuration {time_us:.0f} us, asked from Python body by body."
     )
 
 

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 from nav_msgs.msg import OccupancyGrid
@@ -13,18 +14,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from msg_adapters.errors import MessageError
 from msg_adapters.poses import pose_from_msg, pose_to_msg
+from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.shapes.voxel_grid import MOST_VOXELS, Voxel, VoxelGrid
-from scene_graph_ros.sensing.octree_stream import (
-    Leaves,
-    MIDDLE,
-    octree_bytes,
-    OctreeError,
-    read_binary,
-    read_full,
-)
+from scene_graph_ros.sensing.octree_stream import MIDDLE, OctreeError, OctreeStream
+from scene_graph_ros.sensing.octree_writing import binary_octree, full_octree
 
 __all__ = [
     "PlacedGrid",
+    "TooManyVoxelsError",
     "occupancy_grid_to_msg",
     "octomap_data",
     "voxels_from_occupancy_grid",
@@ -33,6 +30,10 @@ __all__ = [
 
 _EXTRA = {"OcTree": 0, "ColorOcTree": 3}
 """Bytes of a node behind its log-odds, by the name of the kind of tree."""
+
+
+class TooManyVoxelsError(MessageError):
+    """A map that is right, and larger than it may be."""
 
 
 class PlacedGrid(NamedTuple):
@@ -54,11 +55,12 @@ def voxels_from_occupancy_grid(
     """Return a ``nav_msgs/OccupancyGrid`` as voxels, alike in all layers along z.
 
     A cell of at least ``occupied`` per cent is occupied, of at most ``free`` free, and unknown in
-    between or at -1. Raises MessageError for data of another length, for numbers that are no per
-    cent, for a resolution that is none, and for more than MOST_VOXELS.
+    between or at -1. The resolution is the shortest decimal that is that float of a message.
+    Raises MessageError for data of another length, for numbers that are no per cent, for a
+    resolution that is none, and for more than MOST_VOXELS.
     """
     rows, cols = int(msg.info.height), int(msg.info.width)
-    data = np.asarray(msg.data, dtype=np.int64)
+    data = np.asarray(msg.data, dtype=np.int8)
     if len(data) != rows * cols:
         raise MessageError(
             f"OccupancyGrid: data has {len(data)} cells, not the {rows * cols} of {rows} rows of"
@@ -77,7 +79,8 @@ def voxels_from_occupancy_grid(
     states[data >= occupied] = Voxel.OCCUPIED
     states[(data >= 0) & (data <= free)] = Voxel.FREE
     occupancy = np.repeat(states.reshape(rows, cols).T[:, :, np.newaxis], layers, axis=2)
-    grid = _grid(occupancy, float(msg.info.resolution), "OccupancyGrid", unknown_is_free)
+    edge = float(str(np.float32(msg.info.resolution)))
+    grid = _grid(occupancy, edge, "OccupancyGrid", unknown_is_free)
     return PlacedGrid(grid, pose_from_msg(msg.info.origin, "OccupancyGrid origin"))
 
 
@@ -105,79 +108,78 @@ def voxels_from_octomap(
     *,
     region: tuple[ArrayLike, ArrayLike] | None = None,
     unknown_is_free: bool = False,
+    most: int = MOST_VOXELS,
 ) -> PlacedGrid:
     """Return an ``octomap_msgs/Octomap``, binary or full, as the voxels around all that it knows.
 
     ``region``, the lower and upper corner (m) of a box in the map's frame, says that voxels
     outside of it are left out. Leaves above the lowest level are as many voxels as they hold.
-    Raises MessageError for a kind of tree, a resolution or data that can't be read, and for more
-    than MOST_VOXELS.
+    Raises MessageError for a kind of tree, a resolution or data that can't be read, and
+    TooManyVoxelsError for more than ``most`` voxels.
     """
     data = np.asarray(msg.data, dtype=np.int8).view(np.uint8)
     edge = float(msg.resolution)
     if not (np.isfinite(edge) and edge > 0.0):
         raise MessageError(f"Octomap: resolution must be positive, not {edge}")
     if msg.id not in _EXTRA:
-        raise MessageError(f"Octomap: id must be one of {sorted(_EXTRA)}, not {msg.id!r}")
+        raise MessageError(f"Octomap: id must be one of {sorted(_EXTRA)}, not {quoted(msg.id)}")
+    stream = OctreeStream(data, is_binary=bool(msg.binary), extra=_EXTRA[msg.id])
     try:
-        leaves = read_binary(data) if msg.binary else read_full(data, extra=_EXTRA[msg.id])
+        lower, upper = _within(*stream.extent(), edge, region)
+        counts = (upper - lower).tolist()
+        if math.prod(counts) > most:
+            raise TooManyVoxelsError(
+                f"Octomap: what is known spans {' x '.join(map(str, counts))} voxels, more than"
+                f" {most}. Give a region."
+            )
+        occupancy = stream.states(lower, upper)
     except OctreeError as error:
         raise MessageError(f"Octomap: {error}") from error
-    lower, upper = _bounds(leaves, edge, region)
-    counts = upper - lower
-    if counts.astype(np.float64).prod() > MOST_VOXELS:
-        raise MessageError(
-            f"Octomap: what is known spans {' x '.join(map(str, counts.tolist()))} voxels, more"
-            f" than {MOST_VOXELS}. Give a region."
-        )
-    occupancy = np.full(counts, int(Voxel.UNKNOWN), np.uint8)
-    starts = np.clip(leaves.keys - lower, 0, counts)
-    ends = np.clip(leaves.keys + leaves.widths[:, np.newaxis] - lower, 0, counts)
-    states = np.where(leaves.occupied, int(Voxel.OCCUPIED), int(Voxel.FREE))
-    small = (leaves.widths == 1) & (ends > starts).all(axis=1)
-    occupancy[tuple(starts[small].T)] = states[small]
-    for k in np.flatnonzero(leaves.widths > 1).tolist():
-        (i, j, m), (i_end, j_end, m_end) = starts[k], ends[k]
-        occupancy[i:i_end, j:j_end, m:m_end] = states[k]
     X_MG = np.eye(4)
     X_MG[:3, 3] = (lower - MIDDLE) * edge
     return PlacedGrid(_grid(occupancy, edge, "Octomap", unknown_is_free), X_MG)
 
 
 def octomap_data(
-    grid: VoxelGrid, X_MG: ArrayLike, occupancy: NDArray[np.uint8] | None = None
+    grid: VoxelGrid,
+    X_MG: ArrayLike,
+    occupancy: NDArray[np.uint8] | None = None,
+    *,
+    binary: bool = True,
 ) -> list[int]:
-    """Return the ``data`` of a binary ``octomap_msgs/Octomap`` of id "OcTree", of the grid's edge.
+    """Return the ``data`` of an ``octomap_msgs/Octomap`` of id "OcTree", of the grid's edge.
 
-    Raises MessageError for a grid that is turned, or not whole voxels from the map's origin.
+    In a full one, ``binary`` False, voxels have the log-odds at which OctoMap stops counting: -2
+    where free, 3.5 where occupied. Raises MessageError for a grid that is turned, or not whole
+    voxels from the map's origin.
     """
     states = grid.occupancy if occupancy is None else occupancy
     X = np.asarray(X_MG, dtype=np.float64)
     first = X[:3, 3] / grid.voxel
     whole = np.round(first)
-    if not np.array_equal(X[:3, :3], np.eye(3)) or np.abs(first - whole).max() > 1e-6:
+    if not np.array_equal(X[:3, :3], np.eye(3)) or not np.abs(first - whole).max() <= 1e-6:
         raise MessageError(
             "Octomap: the grid must be parallel to the map's axes, and whole voxels from its"
             f" origin, not at {X[:3].tolist()}"
         )
-    known = np.array([1, 2, 0], np.uint8)[states]
+    if np.abs(whole).max() > 4 * MIDDLE:
+        whole = np.clip(whole, -4 * MIDDLE, 4 * MIDDLE)  # outside, as it is
+    write = binary_octree if binary else full_octree
     try:
-        stream = octree_bytes(known, whole.astype(np.int64) + MIDDLE)
+        stream = write(states, whole.astype(np.int64) + MIDDLE)
     except OctreeError as error:
         raise MessageError(f"Octomap: {error}") from error
     data: list[int] = stream.view(np.int8).tolist()
     return data
 
 
-def _bounds(
-    leaves: Leaves, edge: float, region: tuple[ArrayLike, ArrayLike] | None
+def _within(
+    lower: NDArray[np.int64],
+    upper: NDArray[np.int64],
+    edge: float,
+    region: tuple[ArrayLike, ArrayLike] | None,
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the keys of the first voxel, and of that behind the last."""
-    none = np.zeros(3, np.int64)
-    if not len(leaves.keys):
-        return none, none
-    lower = leaves.keys.min(axis=0)
-    upper = (leaves.keys + leaves.widths[:, np.newaxis]).max(axis=0)
+    """Return the keys of the first voxel of what is known in a region, and behind the last."""
     if region is not None:
         corners = np.asarray(region, dtype=np.float64)
         if corners.shape != (2, 3) or not np.isfinite(corners).all():

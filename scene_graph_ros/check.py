@@ -156,7 +156,8 @@ class Checker:
         fields = {
             inspector.get_owning_source_name(i) for i in inspector.get_all_height_field_ids()
         }
-        topics = topics_of(loaded.sources.values(), deforming, sensing, fields)
+        grids = {inspector.get_owning_source_name(i) for i in inspector.get_all_voxel_grid_ids()}
+        topics = topics_of(loaded.sources.values(), deforming, sensing, fields, grids)
         for topic, problem in topic_problems(topics):
             place = scene.document.location(*_place_of_topic(scene, topic))
             report.errors.append(f"{place}: {problem}")

@@ -27,9 +27,10 @@ from scene_graph_ros.node.world.faults import (
     INFO_FAULTS,
     POINT_FAULTS,
     POSE_FAULTS,
+    VOXEL_FAULTS,
 )
 from scene_graph_ros.node.world.intake import Statistics
-from scene_graph_ros.node.world.source_topics import CAMERA_INFO, DEPTH_IMAGES, HEIGHTS
+from scene_graph_ros.node.world.source_topics import CAMERA_INFO, DEPTH_IMAGES, HEIGHTS, VOXELS
 from scene_graph_ros.views.moment import Trouble
 
 __all__ = ["Diagnostics", "Monitor", "troubles_of"]
@@ -43,6 +44,7 @@ _FAULTS_OF = {
     DEPTH_IMAGES: IMAGE_FAULTS,
     CAMERA_INFO: INFO_FAULTS,
     HEIGHTS: HEIGHT_FAULTS,
+    VOXELS: VOXEL_FAULTS,
 }
 """The faults of what is not poses."""
 

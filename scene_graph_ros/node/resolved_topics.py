@@ -41,7 +41,11 @@ class ResolvedTopics:
         """Raise TopicNameError for a new topic of a source that can't be subscribed to."""
         old = _topics_of(before)
         now = topics_of(
-            edit.records.values(), edit.deforming(), edit.sensing(), edit.with_fields()
+            edit.records.values(),
+            edit.deforming(),
+            edit.sensing(),
+            edit.with_fields(),
+            edit.with_grids(),
         )
         new = [topic for topic in now if topic not in old]
         if new:
@@ -58,5 +62,9 @@ class ResolvedTopics:
 
 def _topics_of(snapshot: WorldSnapshot) -> dict[SourceTopic, None]:
     return topics_of(
-        snapshot.records.values(), snapshot.deforming, snapshot.sensing, snapshot.with_fields
+        snapshot.records.values(),
+        snapshot.deforming,
+        snapshot.sensing,
+        snapshot.with_fields,
+        snapshot.with_grids,
     )

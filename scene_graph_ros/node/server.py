@@ -218,6 +218,7 @@ class Server:
             self._loop.topics_changed,
             self._describe,
             self.parameter("max_points_per_cloud"),
+            self.parameter("max_voxels_per_map"),
             self.lack_of_kernels,
         )
         self._loader = loader

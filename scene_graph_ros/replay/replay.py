@@ -29,7 +29,7 @@ from scene_graph_ros.node.world.queued_channel import QueuedChannel
 from scene_graph_ros.node.world.scene import Edit, SourceRecord
 from scene_graph_ros.node.world.scenes import Described, SceneLoader
 from scene_graph_ros.node.world.source_channel import apply_kept, SourceChannel
-from scene_graph_ros.node.world.source_topics import CAMERA_INFO, DEPTH_IMAGES, HEIGHTS
+from scene_graph_ros.node.world.source_topics import CAMERA_INFO, DEPTH_IMAGES, HEIGHTS, VOXELS
 from scene_graph_ros.node.world.time_limits import TimeLimits
 from scene_graph_ros.node.world.world import World, WorldSnapshot
 from scene_graph_ros.replay.reader import Recorded, RecordingError
@@ -218,6 +218,11 @@ class Replay:
             from scene_graph_ros.node.world.height_channel import HeightChannel
 
             return HeightChannel(record, Intake(record.name, _ignore))
+        if noun == VOXELS:
+            from scene_graph_ros.node.world.voxel_channel import VoxelChannel
+
+            most, frame = self.parameters["max_voxels_per_map"], self.world.world_frame
+            return VoxelChannel(record, Intake(record.name, _ignore), most, frame)
         if noun in (CAMERA_INFO, DEPTH_IMAGES):
             from scene_graph_ros.node.world.depth_channel import DepthChannel, InfoChannel
 
@@ -249,6 +254,7 @@ class Replay:
                 CAMERA_INFO: (world.clouds.get, set()),
                 DEPTH_IMAGES: (world.clouds.get, sensed),
                 HEIGHTS: (world.fields.get, sensed),
+                VOXELS: (world.grids.get, sensed),
             }
             for name, noun in sorted(self._channels, key=_in_order):
                 channel, record = self._channels[name, noun], world.records.get(name)
@@ -307,7 +313,7 @@ class Replay:
 
 def _in_order(key: tuple[str, str]) -> int:
     """Return when a channel's messages are applied, in an update of the node."""
-    sensed = (_CONFIGURATIONS, _POINTS, CAMERA_INFO, DEPTH_IMAGES, HEIGHTS)
+    sensed = (_CONFIGURATIONS, _POINTS, CAMERA_INFO, DEPTH_IMAGES, HEIGHTS, VOXELS)
     order = (POSES, BASE_POSES, JOINT_POSES, *sensed)
     return order.index(key[1])
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from scene_graph_ros.geometry.model.hydroelastic_properties import HydroelasticProperties
     from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
     from scene_graph_ros.geometry.perception import CameraDescription
-    from scene_graph_ros.scene_files.sensor_settings import SensorSettings
+    from scene_graph_ros.scene_files.sensor_settings import SensorSettings, VoxelSettings
 
 __all__ = ["Application"]
 
@@ -91,6 +91,7 @@ class Application:
         points_topic: str = "",
         cloud: str = "",
         sensor: SensorSettings | None = None,
+        voxels: VoxelSettings | None = None,
         interpolates: bool = True,
     ) -> LoadedSource:
         """Register a source and take note of it."""
@@ -106,6 +107,7 @@ class Application:
             points_topic=points_topic,
             cloud=cloud,
             sensor=sensor,
+            voxels=voxels,
             interpolates=interpolates,
         )
         self.sources[full_name] = source

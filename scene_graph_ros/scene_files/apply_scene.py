@@ -14,7 +14,7 @@ from scene_graph_ros.scene_files.loaded_scene import LoadedScene
 from scene_graph_ros.scene_files.property_names import property_warnings
 from scene_graph_ros.scene_files.robots_in_scene import add_robots
 from scene_graph_ros.scene_files.scene_file import SceneFile
-from scene_graph_ros.scene_files.sensor_specs import sensor_settings
+from scene_graph_ros.scene_files.sensor_specs import sensor_settings, voxel_settings
 
 if TYPE_CHECKING:
     from scene_graph_ros.geometry import SceneGraph
@@ -109,6 +109,7 @@ def _add_sources(to: Application) -> None:
                 points_topic=(points.topic or "") if points is not None else "",
                 cloud=(sensor.geometry or "") if sensor is not None else "",
                 sensor=None if sensor is None else sensor_settings(sensor, to.prefix),
+                voxels=None if source.voxels is None else voxel_settings(source.voxels),
                 interpolates=interpolates,
             )
         to.take_handle(added, source, "sources", index)

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+import math
 
 from scene_graph_ros.geometry.model.names import canonical_name, InvalidNameError
+from scene_graph_ros.geometry.shapes.voxel_runs import MOST_IN_RUNS
 from scene_graph_ros.located import SceneFileError, suggestion
 from scene_graph_ros.scene_files.schema import FrameSpec, SceneSpec
+from scene_graph_ros.scene_files.schema_shapes import VoxelGridSpec
 from scene_graph_ros.scene_files.yaml_document import YamlDocument
 
 __all__ = ["problems_of"]
@@ -40,6 +43,7 @@ class _Checker:
         self._frames()
         self._geometries()
         self._clouds()
+        self._voxel_grids()
         self._cameras()
         self._filters()
         return self.found
@@ -114,6 +118,31 @@ class _Checker:
                         " anchored: leave its frame out",
                         *("sources", index, key),
                     )
+
+    def _voxel_grids(self) -> None:
+        """Check that maps fill voxel grids that there are, and how many voxels these have."""
+        total = sum(
+            math.prod(g.shape.counts)
+            for g in self.spec.geometries
+            if isinstance(g.shape, VoxelGridSpec)
+        )
+        if total > MOST_IN_RUNS:
+            self.report(
+                f"its voxel grids have {total} voxels together, and those of a file may have"
+                f" {MOST_IN_RUNS}",
+                "geometries",
+            )
+        for index, source in enumerate(self.spec.sources):
+            if source.voxels is None:
+                continue
+            own = [g for g in self.spec.geometries if g.source == source.name]
+            grids = [g.name for g in own if g.shape.type == "voxel_grid"]
+            name = source.voxels.geometry
+            if name is not None and name not in grids:
+                self.report(
+                    f"source {source.name!r} has no voxel_grid {name!r}{suggestion(name, grids)}",
+                    *("sources", index, "voxels", "geometry"),
+                )
 
     def _frames(self) -> None:
         places: dict[str, tuple[str | int, ...]] = {}

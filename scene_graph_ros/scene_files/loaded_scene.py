@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from scene_graph_ros.geometry import Context
     from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
     from scene_graph_ros.geometry.perception import CameraDescription
-    from scene_graph_ros.scene_files.sensor_settings import SensorSettings
+    from scene_graph_ros.scene_files.sensor_settings import SensorSettings, VoxelSettings
 
 __all__ = ["LoadedRobot", "LoadedScene", "LoadedSource", "MovingBase"]
 
@@ -144,6 +144,8 @@ class LoadedSource:
     """The name of the geometry whose points the source sends, empty for its only cloud."""
     sensor: SensorSettings | None = None
     """None for a source of whose sensor the file says nothing."""
+    voxels: VoxelSettings | None = None
+    """None for a source of whose maps the file says nothing."""
     interpolates: bool = True
     """Whether transforms of TF are composed at one time, or of the newest of each."""
     description: Any = None

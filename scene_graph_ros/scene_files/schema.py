@@ -10,7 +10,7 @@ from pydantic import Field, model_validator, PlainValidator, WithJsonSchema
 from scene_graph_ros.geometry.model.render_label import RenderLabel
 from scene_graph_ros.scene_files.schema_handles import HandleSpec
 from scene_graph_ros.scene_files.schema_renderers import RendererSpec
-from scene_graph_ros.scene_files.schema_sensors import DepthSpec, PointsSpec
+from scene_graph_ros.scene_files.schema_sensors import DepthSpec, PointsSpec, VoxelsSpec
 from scene_graph_ros.scene_files.schema_shapes import ShapeSpec
 from scene_graph_ros.scene_files.schema_values import (
     Channel,
@@ -116,6 +116,9 @@ class SourceSpec(HandleSpec):
     )
     depth: DepthSpec | None = Field(
         None, description="In place of points: images of depth, of which its cloud is made."
+    )
+    voxels: VoxelsSpec | None = Field(
+        None, description="Default for a source with a voxel grid: flat maps, the topic's default."
     )
 
     @property

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
@@ -17,11 +17,12 @@ from scene_graph_ros.scene_files.schema_values import (
     Text,
 )
 
-__all__ = ["DepthSpec", "PointsSpec", "RegionSpec", "SensorSpec"]
+__all__ = ["DepthSpec", "PointsSpec", "RegionSpec", "SensorSpec", "VoxelsSpec"]
 
 Corner = Annotated[list[Coordinate], Field(min_length=3, max_length=3)]
 Length = Annotated[Number, Field(ge=0.0, le=10.0)]
 Pixels = Annotated[int, Field(strict=True, ge=0, le=64)]
+Percent = Annotated[int, Field(strict=True, ge=0, le=100)]
 Rate = Annotated[Number, Field(ge=1e-3, le=1e3)]
 Span = Annotated[list[Positive], Field(min_length=2, max_length=2)]
 
@@ -123,3 +124,27 @@ class PointsSpec(SensorSpec):
         description="Points hold until a later ray goes through them, or they expire; else each "
         "message has all points of its sensor.",
     )
+
+
+class VoxelsSpec(Spec):
+    """A mapper's maps, of which a voxel grid is filled."""
+
+    type: Literal["nav_msgs/msg/OccupancyGrid", "octomap_msgs/msg/Octomap"] = Field(
+        "nav_msgs/msg/OccupancyGrid", description="Of the messages; a flat map holds at all z."
+    )
+    topic: Text | None = Field(None, description='Default: "<source>/voxels".')
+    geometry: Name | None = Field(
+        None, description="Which of its voxel grids is filled, of a source that has several."
+    )
+    occupied: Percent = Field(
+        65, description="Cells of a flat map with so many per cent, or more, are occupied."
+    )
+    free: Percent = Field(
+        25, description="Those with so many, or less, are free, and those in between unknown."
+    )
+
+    @model_validator(mode="after")
+    def _are_apart(self) -> VoxelsSpec:
+        if self.free >= self.occupied:
+            raise ValueError(f"free: {self.free} must be less than occupied: {self.occupied}")
+        return self

@@ -13,7 +13,16 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.one_line import one_line
 
-__all__ = ["AS_THEY_ARE", "EVERYWHERE", "NOWHERE", "DepthSettings", "SensorSettings"]
+__all__ = [
+    "AS_THEY_ARE",
+    "EVERYWHERE",
+    "FLAT_MAPS",
+    "NOWHERE",
+    "OCCUPANCY_GRID",
+    "DepthSettings",
+    "SensorSettings",
+    "VoxelSettings",
+]
 
 EVERYWHERE = (math.inf, math.inf, math.inf)
 NOWHERE = (-math.inf, -math.inf, -math.inf)
@@ -69,3 +78,24 @@ AS_THEY_ARE = SensorSettings(
     X_FS=np.eye(4), rate=math.inf, remove=(), padding=0.0, shadow=0, margin=0.0, remembers=False
 )
 """Of clouds of which a scene says nothing: each message has all points, and none is taken out."""
+
+OCCUPANCY_GRID = "nav_msgs/msg/OccupancyGrid"
+
+
+@one_line()
+@dataclass(frozen=True, kw_only=True)
+class VoxelSettings:
+    """Of maps that fill a voxel grid."""
+
+    type: str = OCCUPANCY_GRID
+    topic: str = ""
+    """Empty for the default topic."""
+    geometry: str = ""
+    """The name of the grid, "" for the source's only one."""
+    occupied: int = 65
+    free: int = 25
+    """Per cents of a flat map's cells: at least, and at most."""
+
+
+FLAT_MAPS = VoxelSettings()
+"""Of grids of which a scene says nothing."""

@@ -6,15 +6,21 @@ import math
 import posixpath
 
 from scene_graph_ros.scene_files.instances import pose_from_spec
-from scene_graph_ros.scene_files.schema_sensors import DepthSpec, PointsSpec, SensorSpec
+from scene_graph_ros.scene_files.schema_sensors import (
+    DepthSpec,
+    PointsSpec,
+    SensorSpec,
+    VoxelsSpec,
+)
 from scene_graph_ros.scene_files.sensor_settings import (
     DepthSettings,
     EVERYWHERE,
     NOWHERE,
     SensorSettings,
+    VoxelSettings,
 )
 
-__all__ = ["sensor_settings"]
+__all__ = ["sensor_settings", "voxel_settings"]
 
 
 def sensor_settings(spec: SensorSpec, prefix: str) -> SensorSettings:
@@ -48,4 +54,15 @@ def sensor_settings(spec: SensorSpec, prefix: str) -> SensorSettings:
         info_topic=spec.info or posixpath.join(posixpath.dirname(spec.image), "camera_info"),
         is_rectified=spec.rectified,
         step=spec.step,
+    )
+
+
+def voxel_settings(spec: VoxelsSpec) -> VoxelSettings:
+    """Return the settings of a mapper's maps."""
+    return VoxelSettings(
+        type=spec.type,
+        topic=spec.topic or "",
+        geometry=spec.geometry or "",
+        occupied=spec.occupied,
+        free=spec.free,
     )

@@ -27,7 +27,7 @@ __all__ = ["ask_about_clouds"]
 
 
 def ask_about_clouds() -> None:
-    """Ask how far two clouds, a field, a voxel, a robot and a point are from each other."""
+    """Ask how far two clouds, a field, two voxels, a robot and a point are from each other."""
     from scene_graph_ros.planning import RobotDiagram, SceneGraphCollisionChecker
 
     graph = SceneGraph()
@@ -39,6 +39,7 @@ def ask_about_clouds() -> None:
         (PointCloud([[3.0, 0.0, 0.0]], 0.1), still),
         (PointCloud([[0.0, 3.0, 0.0]], [0.1]), frames[1]),
         (VoxelGrid([[[1]]], 0.5), still),
+        (VoxelGrid([[[1]]], 0.25), frames[1]),
         (HeightField(np.full((2, 2), -3.0), (9.0, 9.0), -4.0), still),
     ):
         instance = GeometryInstance(np.eye(4), shape, shape.type_name)

@@ -70,6 +70,7 @@ GROUPS: dict[str, KernelGroup] = {
             10,
             (f"{_HERE}.sensing:look_at_an_image",),
         ),
+        KernelGroup("maps", "maps of voxels", 5, (f"{_HERE}.maps:read_maps",)),
         KernelGroup(
             "cameras", "images of cameras", 65, (f"{_HERE}.cameras:render_images",), is_apart=True
         ),

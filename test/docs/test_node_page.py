@@ -41,7 +41,8 @@ def test_every_topic_that_is_read_is_listed():
     configurations = names.default_configuration_topic("<source>")
     points = names.default_points_topic("<source>")
     heights = names.default_heights_topic("<source>")
-    assert first_cells(text) == topics | of_robots | {configurations, points, heights}
+    voxels = names.default_voxels_topic("<source>")
+    assert first_cells(text) == topics | of_robots | {configurations, points, heights, voxels}
     for kind in names.POSE_TOPICS:
         assert kind.rpartition("/")[2] in text
 

@@ -8,6 +8,7 @@ from scene_graph_ros.geometry import files
 from scene_graph_ros.geometry.meshes import promises, textures
 from scene_graph_ros.geometry.shapes import voxel_runs
 from scene_graph_ros.node.runtime.parameters import defaults
+from scene_graph_ros.node.world import voxel_limits
 from scene_graph_ros.planning.constraints import link_constraints
 from scene_graph_ros.scene_files import yaml_document
 from scene_graph_ros.views.browser import (
@@ -30,6 +31,7 @@ CONSTANTS = {
     "MAX_TEXELS": textures.MAX_TEXELS,
     "MOST_CONSTRAINTS": link_constraints.MOST_CONSTRAINTS,
     "MOST_IN_RUNS": voxel_runs.MOST_IN_RUNS,
+    "MOST_IN_SCENE": voxel_limits.MOST_IN_SCENE,
 }
 
 

@@ -34,7 +34,7 @@ FULL = bytes.fromhex(
     "83e8583f0183e8583f0183e8583f0183e8583f0183e8583f0183e8583f0183e8583f0183e8583f01"
     "83e8583f00"
 )
-HIT = FULL[:4]
+HIT, MISS = FULL[:4], bytes.fromhex("1f99cfbe")
 
 
 def octomap(data, *, binary=True, resolution=0.5, kind="OcTree"):
@@ -100,6 +100,27 @@ def test_voxels_go_out_as_octomap_writes_them_and_come_back():
         assert (whole == states).all()
     assert octomap_data(VoxelGrid(np.full((2, 2, 2), 2), 0.1), np.eye(4)) == []
     assert voxels_from_octomap(octomap(b"")).grid.occupancy.size == 0
+
+
+def test_full_octrees_are_written_node_by_node_as_octomap_does():
+    """The same nodes and bits, with the limits of log-odds; inner ones have the largest below."""
+    placed = voxels_from_octomap(octomap(BINARY))
+    limits = {HIT: np.float32(3.5).tobytes(), MISS: np.float32(-2.0).tobytes()}
+    expected = b"".join(
+        limits[FULL[k : k + 4]] + FULL[k + 4 : k + 5] for k in range(0, len(FULL), 5)
+    )
+    data = octomap_data(*placed, binary=False)
+    assert np.array(data, np.int8).tobytes() == expected
+    rng = np.random.default_rng(8)
+    for part in (0.02, 0.4):
+        states = rng.choice([0, 1, 2], (17, 9, 12), p=[1 - 2 * part, part, part])
+        states[4:12, :, 3:11] = rng.integers(0, 2)
+        grid, X_MG = VoxelGrid(states, 0.05), np.eye(4)
+        X_MG[:3, 3] = np.array([-5, 3, -6]) * 0.05
+        binary, whole = (octomap_data(grid, X_MG, binary=binary) for binary in (True, False))
+        back = voxels_from_octomap(octomap(whole, binary=False, resolution=0.05))
+        assert back.grid == voxels_from_octomap(octomap(binary, resolution=0.05)).grid
+    assert octomap_data(VoxelGrid(np.full((2, 2, 2), 2), 0.1), np.eye(4), binary=False) == []
 
 
 def test_messages_of_octomap_msgs_are_read_as_they_arrive():

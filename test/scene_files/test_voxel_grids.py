@@ -5,6 +5,7 @@ import pytest
 
 from scene_graph_ros.geometry import GeometryInstance, SceneGraph, VoxelGrid
 from scene_graph_ros.scene_files import load_scene, save_scene, SceneFileError
+from scene_graph_ros.scene_files.sensor_settings import VoxelSettings
 
 SCENE = """version: 1
 sources: [{name: map}]
@@ -47,3 +48,56 @@ def test_a_saved_scene_has_the_voxels_of_its_context(tmp_path):
     path = tmp_path / "saved.yaml"
     save_scene(graph, path, context=context)
     assert loaded(path) == VoxelGrid(states, 0.25, unknown_is_free=True)
+
+
+TWO = """
+version: 1
+sources: [{name: map, voxels: VOXELS}]
+geometries:
+  - {name: one, source: map, shape: {type: voxel_grid, voxel: 0.1, counts: COUNTS, runs: RUNS}}
+  - {name: two, source: map, shape: {type: voxel_grid, voxel: 0.1, counts: COUNTS, runs: RUNS}}
+"""
+
+
+def two_grids(voxels="{}", side=2):
+    """Return a scene with two grids of so many voxels along each edge."""
+    counts, runs = [side] * 3, [[0, side**3]]
+    return TWO.replace("VOXELS", voxels).replace("COUNTS", str(counts)).replace("RUNS", str(runs))
+
+
+def read(tmp_path, text):
+    """Return a scene that was read from a file."""
+    path = tmp_path / "scene.yaml"
+    path.write_text(text)
+    return load_scene(path)
+
+
+def test_the_grids_of_a_file_have_a_limit_together(tmp_path):
+    """However few runs say them; it is told before any is made."""
+    with pytest.raises(SceneFileError, match="have 33554432 voxels together"):
+        read(tmp_path, two_grids(side=256))
+    read(tmp_path, two_grids())
+
+
+@pytest.mark.parametrize(
+    ("voxels", "told"),
+    [
+        ("{geometry: thre}", "source 'map' has no voxel_grid 'thre'"),
+        ("{type: sensor_msgs/msg/Image}", "type"),
+        ("{free: 65}", "free: 65 must be less than occupied: 65"),
+        ("{occupied: 101}", "must be at most 100"),
+        ("{topics: a}", "topics"),
+    ],
+)
+def test_settings_of_maps_that_mean_nothing_are_named(tmp_path, voxels, told):
+    """With the grid that there is not, or the value."""
+    with pytest.raises(SceneFileError, match=told):
+        read(tmp_path, two_grids(voxels))
+
+
+def test_settings_of_maps_are_those_of_their_source(tmp_path):
+    """And the defaults where a file says nothing."""
+    scene = read(tmp_path, two_grids("{geometry: two, topic: /map, occupied: 50}"))
+    assert scene.apply(SceneGraph()).sources["map"].voxels == VoxelSettings(
+        geometry="two", topic="/map", occupied=50
+    )

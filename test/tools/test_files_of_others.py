@@ -68,7 +68,9 @@ _ALLOWED = {
     "scene_graph_ros/node/effects/camera.py: _Transforms.open": _OPENS_NO_FILE,
     "scene_graph_ros/node/server.py: self._diagnostics.open": _OPENS_NO_FILE,
     "scene_graph_ros/node/server.py: self._effects.open": _OPENS_NO_FILE,
-    "scene_graph_ros/node/world/inputs.py: importlib.import_module": "kinds of POSE_TOPICS alone",
+    "scene_graph_ros/node/world/imported_types.py: importlib.import_module": (
+        "kinds of POSE_TOPICS and maps alone"
+    ),
 } | {
     f"{path}: importlib.import_module": _OWN_NAME
     for path in (

@@ -351,6 +351,24 @@ class Snapshot(NotCopied):
         mesh = self.state.driven_mesh(geometry_id, role)
         return [driven_positions(mesh, self.configuration(geometry_id))]
 
+    def with_unknown_voxels(self, *, is_free: bool) -> Snapshot:
+        """Return this moment with unknown voxels of all grids that count as free, or as solid.
+
+        This snapshot stays as it is; it is returned itself where no grid counts them otherwise.
+        """
+        sets = {grid: self.voxel_set(grid) for grid in self.inspector.get_all_voxel_grid_ids()}
+        changed = {
+            grid: voxels.with_unknown(is_free=is_free)
+            for grid, voxels in sets.items()
+            if voxels.unknown_is_free != is_free
+        }
+        if not changed:
+            return self
+        configurations = {**self._configurations, **changed}
+        return Snapshot(
+            self.state, self._X_PF, self.pose_version, self.memory, configurations, self
+        )
+
     def with_frame_poses(
         self, poses: Mapping[FrameId, Any], *, memory: Memory | None = None
     ) -> Snapshot:

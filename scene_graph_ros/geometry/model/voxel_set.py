@@ -20,17 +20,38 @@ __all__ = ["VoxelSet", "initial_voxels", "new_voxels"]
 class VoxelSet:
     """States of voxels that never change. Bits for kernels are made when they are asked for."""
 
-    def __init__(self, shape: VoxelGrid, occupancy: NDArray[np.uint8]) -> None:
-        """Take states ``(nx, ny, nz)`` that nobody writes to."""
+    def __init__(
+        self, shape: VoxelGrid, occupancy: NDArray[np.uint8], other: VoxelSet | None = None
+    ) -> None:
+        """Take states ``(nx, ny, nz)`` that nobody writes to.
+
+        ``other`` are the same voxels, of which unknown ones count for the opposite.
+        """
         self.shape = shape
         """The shape whose voxels they are."""
         self.occupancy = occupancy
         """``(nx, ny, nz)`` uint8, read-only."""
+        self._other = other
+        self.unknown_is_free = shape.unknown_is_free
+        """Whether unknown voxels count as free: as the shape has it, or as a query asks."""
+        if other is not None:
+            self.unknown_is_free = not other.unknown_is_free
+
+    def with_unknown(self, *, is_free: bool) -> VoxelSet:
+        """Return the same voxels with unknown ones that count as free, or not.
+
+        There are two such objects at most, so that bits for kernels are made once.
+        """
+        if is_free == self.unknown_is_free:
+            return self
+        if self._other is None:
+            self._other = VoxelSet(self.shape, self.occupancy, self)
+        return self._other
 
     @property
     def solid(self) -> NDArray[np.bool_]:
-        """The mask of the voxels that the shape is of, ``(nx, ny, nz)``."""
-        return self.shape.is_solid(self.occupancy)
+        """The mask of the voxels that count as solid, ``(nx, ny, nz)``."""
+        return self.shape.is_solid(self.occupancy, unknown_is_free=self.unknown_is_free)
 
     @functools.cached_property
     def placed(self) -> PlacedVoxels:

@@ -105,6 +105,16 @@ class QueryObject(RenderQueries, NotCopied):
         result._last = memo
         return result
 
+    def with_unknown_voxels(self, *, is_free: bool) -> QueryObject:
+        """Return a query object about the present in which unknown voxels count as free, or not.
+
+        That holds for all voxel grids, whatever their shapes say. The bits of a grid that answer
+        are made when first asked for, once for each way. Checkers take its ``snapshot``.
+        """
+        snapshot = self._provider.snapshot
+        asked = snapshot.with_unknown_voxels(is_free=is_free)
+        return self.bake() if asked is snapshot else QueryObject(asked)
+
     @property
     def accuracy(self) -> Accuracy:
         """The tier of answers that are not asked for otherwise: the model's."""

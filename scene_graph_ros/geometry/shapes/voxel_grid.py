@@ -82,9 +82,11 @@ class VoxelGrid(ElementShape):
         """Whether queries take unknown voxels for free ones."""
         return self._unknown_is_free
 
-    def is_solid(self, occupancy: Occupancy) -> NDArray[np.bool_]:
-        """Return the mask of the voxels that the shape is of."""
-        if self._unknown_is_free:
+    def is_solid(
+        self, occupancy: Occupancy, *, unknown_is_free: bool | None = None
+    ) -> NDArray[np.bool_]:
+        """Return the mask of the voxels that the shape is of, or would be with another rule."""
+        if self._unknown_is_free if unknown_is_free is None else unknown_is_free:
             return np.asarray(occupancy == Voxel.OCCUPIED)
         return np.asarray(occupancy != Voxel.FREE)
 

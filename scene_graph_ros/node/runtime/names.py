@@ -32,6 +32,7 @@ __all__ = [
     "default_heights_topic",
     "default_points_topic",
     "default_pose_topic",
+    "default_voxels_topic",
     "service_name",
 ]
 
@@ -103,6 +104,11 @@ def default_heights_topic(source: str) -> str:
 def default_points_topic(source: str) -> str:
     """Return the topic on which ``source`` sends the points of its cloud."""
     return f"{source}/points"
+
+
+def default_voxels_topic(source: str) -> str:
+    """Return the topic on which ``source`` sends the maps of its voxel grid."""
+    return f"{source}/voxels"
 
 
 def service_name(service_type: str) -> str:

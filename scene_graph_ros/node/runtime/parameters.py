@@ -150,6 +150,15 @@ PARAMETERS: tuple[Parameter, ...] = (
         read_only=True,
     ),
     Parameter(
+        "max_voxels_per_map",
+        1 << 24,
+        "Cells of a flat map, or voxels that an octree spans within its grid, at 8 bytes each; a"
+        " message of more is not read.",
+        minimum=1,
+        maximum=1 << 28,
+        read_only=True,
+    ),
+    Parameter(
         "max_points_per_request",
         1_000_000,
         "Points times configurations that one request may ask about; more is TOO_LARGE.",

@@ -11,6 +11,7 @@ __all__ = [
     "INFO_FAULTS",
     "POINT_FAULTS",
     "POSE_FAULTS",
+    "VOXEL_FAULTS",
     "Fault",
 ]
 
@@ -65,5 +66,15 @@ HEIGHT_FAULTS = (
     Fault.NOT_FINITE,
     Fault.UNKNOWN_GEOMETRY,
     Fault.WRONG_LENGTH,
+)
+VOXEL_FAULTS = (
+    Fault.MALFORMED,
+    Fault.STALE,
+    Fault.FUTURE,
+    Fault.OUT_OF_ORDER,
+    Fault.UNKNOWN_FRAME,
+    Fault.UNKNOWN_GEOMETRY,
+    Fault.WRONG_LENGTH,
+    Fault.TOO_LARGE,
 )
 INFO_FAULTS = (Fault.MALFORMED, Fault.TOO_LARGE)

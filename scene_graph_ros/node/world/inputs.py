@@ -6,15 +6,15 @@ Messages stay bytes until the next update.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-import importlib
 from typing import Any
 
 from rclpy.node import Node
 
-from msg_adapters.errors import MessageError, UnavailableError
+from msg_adapters.errors import MessageError
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.node.runtime.loop import OwnThreadGroup
 from scene_graph_ros.node.runtime.names import BASE_TYPES, POSE_TOPICS
+from scene_graph_ros.node.world.imported_types import imported_type
 from scene_graph_ros.node.world.intake import Intake, SourceFrames
 from scene_graph_ros.node.world.queued_channel import QUEUED, QueuedChannel
 from scene_graph_ros.node.world.scene import SourceRecord
@@ -44,11 +44,7 @@ def message_type(name: str) -> Any:
     if name not in POSE_TOPICS and name not in BASE_TYPES:
         known = ", ".join(POSE_TOPICS)
         raise MessageError(f"pose_type must be one of {known}, not {quoted(name)}")
-    package, _, kind = name.split("/")
-    try:
-        return getattr(importlib.import_module(f"{package}.msg"), kind)
-    except ModuleNotFoundError as error:
-        raise UnavailableError(f"{package} is not installed, so no {name} can be read") from error
+    return imported_type(name)
 
 
 def make_channel(

@@ -26,6 +26,7 @@ from scene_graph_ros.node.runtime.names import DEFAULT_POSE_TYPE
 from scene_graph_ros.node.world.clouds import clouds_by_source
 from scene_graph_ros.node.world.deformables import deformables_by_source, SourceDeformables
 from scene_graph_ros.node.world.fields import fields_by_source
+from scene_graph_ros.node.world.grids import grids_by_source
 from scene_graph_ros.node.world.handles import Handle
 from scene_graph_ros.node.world.intake import SourceFrames
 from scene_graph_ros.node.world.padded_sides import PaddedSide
@@ -41,7 +42,7 @@ if TYPE_CHECKING:
     from scene_graph_ros.geometry.perception import CameraDescription
     from scene_graph_ros.node.world.pose_history import PoseHistory
     from scene_graph_ros.node.world.robot_motion import RobotMotion
-    from scene_graph_ros.scene_files.sensor_settings import DepthSettings, SensorSettings
+    from scene_graph_ros.scene_files import sensor_settings as its
 
 __all__ = ["Attachment", "Edit", "Scene", "SourceRecord", "records_of"]
 
@@ -54,7 +55,8 @@ class SourceRecord:
     ``motion`` has when its joints were heard. ``interpolates``: TF is composed at one time.
     ``cloud`` names the geometry whose points it sends, "" for its only one.
     ``description`` is the origin of a robot's description, None where a file has it; ``sensor``
-    has the settings of its images of depth or clouds, None where no file has some.
+    has the settings of its images of depth or clouds, None where no file has some; so has
+    ``voxels`` those of its maps.
     """
 
     id: Any
@@ -68,10 +70,11 @@ class SourceRecord:
     interpolates: bool = True
     motion: RobotMotion | None = None
     description: Any = None
-    sensor: SensorSettings | None = None
+    sensor: its.SensorSettings | None = None
+    voxels: its.VoxelSettings | None = None
 
     @property
-    def depth(self) -> DepthSettings | None:
+    def depth(self) -> its.DepthSettings | None:
         """The settings of its images of depth, None where it sends none."""
         return depth_settings(self)
 
@@ -138,6 +141,10 @@ class Edit:
     def with_fields(self) -> frozenset[str]:
         """Return the names of the sources that have height fields."""
         return self._owners(self.scene_graph.model_inspector().get_all_height_field_ids())
+
+    def with_grids(self) -> frozenset[str]:
+        """Return the names of the sources that have voxel grids."""
+        return self._owners(self.scene_graph.model_inspector().get_all_voxel_grid_ids())
 
     def _owners(self, geometries: Iterable[GeometryId]) -> frozenset[str]:
         inspector = self.scene_graph.model_inspector()
@@ -263,11 +270,16 @@ class Scene:
         senders = {name: (each.id, each.cloud) for name, each in self.records.items()}
         self.clouds = clouds_by_source(self.names, inspector, senders, world_frame)
         self.fields = fields_by_source(inspector, ids)
-        elements = {*inspector.get_all_cloud_ids(), *inspector.get_all_height_field_ids()}
+        self.grids = grids_by_source(inspector, self.records, self.names)
+        elements = {
+            *inspector.get_all_cloud_ids(),
+            *inspector.get_all_height_field_ids(),
+            *inspector.get_all_voxel_grid_ids(),
+        }
         self.has_elements = not elements.isdisjoint(
             inspector.get_all_geometry_ids(Role.PROXIMITY) if elements else ()
         )
-        """Whether there are clouds or height fields to measure."""
+        """Whether there are clouds, height fields or voxel grids to measure."""
         self.history: PoseHistory | None = None if before is None else before.history
         """Where all was in the last seconds, of a scene with clouds."""
         self._prepare_sensors()
@@ -338,12 +350,11 @@ class Scene:
             if before is not None and name in before.deformables:
                 deformables.take_over(before.deformables[name])
             self.deform(name)
-        for name, clouds in self.clouds.items():
-            if before is not None and name in before.clouds:
-                clouds.take_over(before.clouds[name], before.context, self.context)
-        for name, fields in self.fields.items():
-            if before is not None and name in before.fields:
-                fields.take_over(before.fields[name], before.context, self.context)
+        for kind in ("clouds", "fields", "grids"):
+            known: Mapping[str, Any] = {} if before is None else getattr(before, kind)
+            for name, sensed in getattr(self, kind).items():
+                if before is not None and name in known:
+                    sensed.take_over(known[name], before.context, self.context)
 
     def begin(self) -> None:
         """Tell the frames, which the scene before may share, whose all others are from now on."""
@@ -367,10 +378,10 @@ class Scene:
         deformables.fresh.clear()
 
     def sense(self, source: str) -> None:
-        """Bring points and heights of a source that are new into the context."""
-        for sensed in (self.clouds.get(source), self.fields.get(source)):
-            if sensed is not None:
-                sensed.bring(self.context)
+        """Bring points, heights and voxels of a source that are new into the context."""
+        for kind in (self.clouds, self.fields, self.grids):
+            if source in kind:
+                kind[source].bring(self.context)
 
 
 def records_of(scene_graph: SceneGraph) -> dict[str, SourceRecord]:

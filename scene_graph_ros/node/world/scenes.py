@@ -232,6 +232,7 @@ class SceneLoader:
             motion,
             source.description,
             source.sensor,
+            source.voxels,
         )
         edit.records[record.name] = record
         edit.handles[record.name] = Handle(new_token()) if handle is None else handle

@@ -12,9 +12,15 @@ from scene_graph_ros.node.runtime.names import (
     default_points_topic,
     default_pose_topic,
     DEFAULT_POSE_TYPE,
+    default_voxels_topic,
     TRANSFORMS,
 )
-from scene_graph_ros.scene_files.sensor_settings import DepthSettings, SensorSettings
+from scene_graph_ros.scene_files.sensor_settings import (
+    DepthSettings,
+    FLAT_MAPS,
+    SensorSettings,
+    VoxelSettings,
+)
 
 __all__ = [
     "CAMERA_INFO",
@@ -30,6 +36,7 @@ __all__ = [
     "POSE_STAMPED",
     "TF",
     "TRANSFORM_STAMPED",
+    "VOXELS",
     "Sender",
     "SourceTopic",
     "base_topic",
@@ -42,6 +49,8 @@ __all__ = [
     "points_topic",
     "pose_topic",
     "topics_of",
+    "voxel_settings",
+    "voxels_topic",
 ]
 
 CONFIGURATION_TYPE = "scene_graph_msgs/msg/DeformableConfigurations"
@@ -59,6 +68,7 @@ CAMERA_INFO = "camera info"
 """The nouns of a depth camera's two topics."""
 
 HEIGHTS = "heights"
+VOXELS = "voxels"
 
 
 class Sender(Protocol):
@@ -87,6 +97,10 @@ class Sender(Protocol):
     @property
     def sensor(self) -> SensorSettings | None:
         """The settings of its images of depth or clouds, None where no file has some."""
+
+    @property
+    def voxels(self) -> VoxelSettings | None:
+        """The settings of the maps of its voxel grid, None where no file has some."""
 
     @property
     def robot(self) -> Any:
@@ -128,6 +142,16 @@ def heights_topic(sender: Sender) -> str:
     return default_heights_topic(sender.name)
 
 
+def voxel_settings(sender: Sender) -> VoxelSettings:
+    """Return the settings of the maps of a source's voxel grid."""
+    return sender.voxels or FLAT_MAPS
+
+
+def voxels_topic(sender: Sender) -> str:
+    """Return the topic of these maps as asked for."""
+    return voxel_settings(sender).topic or default_voxels_topic(sender.name)
+
+
 def filled_source(sender: Sender) -> str:
     """Return the name of the source whose cloud a source's sensor fills: mostly its own."""
     return (sender.sensor.fills if sender.sensor is not None else "") or sender.name
@@ -162,11 +186,12 @@ def topics_of(
     deforming: Container[str],
     sensing: Container[str] = (),
     with_fields: Container[str] = (),
+    with_grids: Container[str] = (),
 ) -> dict[SourceTopic, None]:
     """Return all topics.
 
     ``deforming`` are the names of sources with deformable geometry, ``sensing`` of those with
-    clouds, ``with_fields`` of those with height fields.
+    clouds, ``with_fields`` of those with height fields, ``with_grids`` of those with voxel grids.
     """
     topics: dict[SourceTopic, None] = {}
     for sender in senders:
@@ -188,6 +213,10 @@ def topics_of(
             topics[SourceTopic(name, "points", topic, POINTS_TYPE, is_default)] = None
         if name in with_fields:
             topics[SourceTopic(name, HEIGHTS, heights_topic(sender), IMAGE_TYPE, True)] = None
+        if name in with_grids:
+            topic, kind = voxels_topic(sender), voxel_settings(sender).type
+            is_default = not voxel_settings(sender).topic
+            topics[SourceTopic(name, VOXELS, topic, kind, is_default)] = None
         for noun, topic, kind in _of_robot(sender):
             if topic:
                 topics[SourceTopic(name, noun, topic, kind, False)] = None

@@ -16,6 +16,7 @@ from scene_graph_ros.node.world.sensor_inputs import DepthInputs, InfoInputs, Po
 from scene_graph_ros.node.world.source_channel import Inputs
 from scene_graph_ros.node.world.source_topics import CAMERA_INFO, DEPTH_IMAGES
 from scene_graph_ros.node.world.time_limits import TimeLimits
+from scene_graph_ros.node.world.voxel_inputs import VoxelInputs
 from scene_graph_ros.node.world.world import World
 
 __all__ = ["Collected", "Subscriptions"]
@@ -29,7 +30,7 @@ class Collected(NamedTuple):
     deformed: Any
     """The configurations that came, as `World.commit` takes them."""
     sensed: set[str]
-    """Names of the sources whose clouds have other points, or fields other heights."""
+    """Names of the sources whose clouds, fields or grids have other points, heights or voxels."""
     first: int | None
     """The steady time of the first arrival, ns; None without any."""
 
@@ -45,12 +46,13 @@ class Subscriptions:
         changed: Callable[[], None],
         describe: Describe,
         most_points: int,
+        most_voxels: int,
         lack: Callable[[str], str],
     ) -> None:
         """``describe`` takes a source's name, the text of its robot, and a callback.
 
-        A message of points has ``most_points`` at most; ``lack`` says which kernels of a group
-        are missing.
+        A message of points has ``most_points`` at most, a map ``most_voxels``; ``lack`` says which
+        kernels of a group are missing.
         """
         self._world = world
         self._poses = [
@@ -62,6 +64,7 @@ class Subscriptions:
         self._points = PointInputs(node, world, group, changed, "points", *of_views)
         self._info = InfoInputs(node, world, group, changed, CAMERA_INFO)
         self._heights = HeightInputs(node, world, group, changed)
+        self._voxels = VoxelInputs(node, world, group, changed, most_voxels, lack)
         self._images = DepthInputs(node, world, group, changed, DEPTH_IMAGES, *of_views)
         self.all: list[Inputs[Any]] = [
             *self._poses,
@@ -70,6 +73,7 @@ class Subscriptions:
             self._info,
             self._images,
             self._heights,
+            self._voxels,
             DescriptionInputs(node, world, group, changed, describe),
         ]
 
@@ -97,10 +101,15 @@ class Subscriptions:
             images = self._images.collect(limits)
             sensed = points[0] | images[0]
             arrivals += [points[1], images[1]]
-        if self._world.snapshot.with_fields:
-            heights = self._heights.collect(limits)
-            sensed = sensed | heights[0]
-            arrivals.append(heights[1])
+        snapshot = self._world.snapshot
+        for inputs, wanted in (
+            (self._heights, snapshot.with_fields),
+            (self._voxels, snapshot.with_grids),
+        ):
+            if wanted:
+                changed, arrived = inputs.collect(limits)
+                sensed |= changed
+                arrivals.append(arrived)
         # Steady times are never 0.
         return Collected(moved, deformed, sensed, min(filter(None, arrivals), default=None))
 

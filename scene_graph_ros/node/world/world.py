@@ -24,12 +24,14 @@ from scene_graph_ros.node.runtime.precedence import Precedence
 from scene_graph_ros.node.world.clouds import SourceClouds
 from scene_graph_ros.node.world.deformables import SourceDeformables
 from scene_graph_ros.node.world.fields import SourceFields
+from scene_graph_ros.node.world.grids import SourceGrids
 from scene_graph_ros.node.world.half_spaces import check_half_spaces
 from scene_graph_ros.node.world.handles import Handle, new_token
 from scene_graph_ros.node.world.intake import SourceFrames, UNSTAMPED
 from scene_graph_ros.node.world.scene import Edit, records_of, Scene, SourceRecord
 from scene_graph_ros.node.world.scene_robots import SceneRobots
 from scene_graph_ros.node.world.source_stamps import SeenImage, SourceStamps, STATIC
+from scene_graph_ros.node.world.voxel_limits import check_voxels
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -46,8 +48,8 @@ class WorldSnapshot:
     """The world at one time. Nothing in it changes any more.
 
     ``records`` are its sources by name, ``deforming`` the names of those with deformable geometry,
-    ``sensing`` of those with clouds, ``with_fields`` of those with height fields, ``cameras`` the
-    cameras by name, also those whose frame is gone.
+    ``sensing`` of those with clouds, ``with_fields`` of those with height fields, ``with_grids``
+    of those with voxel grids, ``cameras`` the cameras by name, also those whose frame is gone.
     ``stamp`` is the newest stamp among its poses, ``stamps`` has those of each source's frames;
     nanoseconds of the node's clock, STATIC for those that never get old. ``arrival`` is when the
     oldest message that this update applied arrived, nanoseconds of the steady clock; None where
@@ -71,8 +73,9 @@ class WorldSnapshot:
     cameras: Mapping[str, CameraDescription] = field(default_factory=dict)
     sensing: frozenset[str] = frozenset()
     with_fields: frozenset[str] = frozenset()
+    with_grids: frozenset[str] = frozenset()
     has_elements: bool = False
-    """Whether there are clouds or height fields to measure."""
+    """Whether there are clouds, height fields or voxel grids to measure."""
     images: Mapping[str, SeenImage] = field(default_factory=dict)
     """The newest message of each sensor by source, of those that sent one."""
     _turns: dict[Hashable, threading.Lock] = field(default_factory=dict, repr=False)
@@ -209,6 +212,11 @@ class World:
         """Height fields by source, of those that have some; ``lock`` to change them."""
         return self._scene.fields
 
+    @property
+    def grids(self) -> Mapping[str, SourceGrids]:
+        """Voxel grids by source, of those that have some; ``lock`` to change them."""
+        return self._scene.grids
+
     def edit(
         self,
         change: Callable[[Edit], T],
@@ -221,7 +229,8 @@ class World:
         may take long. ``prepare`` gets the scene as it is going to be, before it counts; ``done``
         gets the result of ``change`` when it does, before poses go on.
         Returns the result of ``change`` and the snapshot that has the change in it. Raises
-        UnsupportedPairError for two half spaces that would be checked, and errors of ``check``.
+        UnsupportedPairError for two half spaces that would be checked, TooLargeError for too many
+        voxels, and errors of ``check``.
         """
         with self._editing, calling_between_steps(self._precedence.stand_back):
             before = self._scene
@@ -233,6 +242,7 @@ class World:
                 return result, self._snapshot
             between_steps()
             check_half_spaces(edit.scene_graph.model_inspector())
+            check_voxels(edit.scene_graph.model_inspector())
             between_steps()
             self._check(edit, self._snapshot)
             between_steps()
@@ -261,8 +271,8 @@ class World:
     ) -> WorldSnapshot:
         """Take the poses that were written into the frames of ``moved`` sources into a snapshot.
 
-        Likewise the configurations of ``deformed`` sources, and points and heights of ``sensed``
-        ones, in frames where these are by then. To be called with ``lock`` held,
+        Likewise the configurations of ``deformed`` sources, and points, heights and voxels of
+        ``sensed`` ones, in frames where these are by then. To be called with ``lock`` held,
         after `Intake.accept`.
         """
         with self.lock:
@@ -306,6 +316,8 @@ class World:
                 clouds.forget(after)
             for fields in self._scene.fields.values():
                 fields.forget(after)
+            for grids in self._scene.grids.values():
+                grids.forget(after)
             if self._scene.history is not None:
                 self._scene.history.clear()
                 self._scene.note_poses()
@@ -326,6 +338,7 @@ class World:
             deforming=frozenset(scene.deformables),
             sensing=frozenset(scene.clouds),
             with_fields=frozenset(scene.fields),
+            with_grids=frozenset(scene.grids),
             has_elements=scene.has_elements,
             scene_version=scene.version,
             sequence=self._sequence,
@@ -360,14 +373,14 @@ def _stamps_of(scene: Scene, name: str, frames: SourceFrames) -> SourceStamps:
     if deformables is not None:
         heard.append(deformables.stamp())
     clouds, fields = scene.clouds.get(name), scene.fields.get(name)
+    grids = scene.grids.get(name)
     if clouds is not None:
         heard.append(clouds.stamp())
-    if fields is not None:
-        heard.append(fields.stamp)
+    heard.extend(each.stamp for each in (fields, grids) if each is not None)
     newest = stamp = max(heard)
     if motion is not None and len(stamps):
         stamp = int(np.where(is_static, STATIC, stamps).min())
-    elif len(stamps) and is_static.all() and deformables is clouds is fields is None:
+    elif len(stamps) and is_static.all() and deformables is clouds is fields is grids is None:
         stamp = STATIC
     joints = {} if motion is None else motion.joint_stamps(STATIC)
     return SourceStamps(frames.ids, stamps, is_static, newest, stamp, joints)

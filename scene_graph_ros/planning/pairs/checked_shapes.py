@@ -75,21 +75,24 @@ class CheckedShapes(NamedTuple):
     def possible_pairs(self, snapshot: Snapshot) -> NDArray[np.int64]:
         """Return the rows ``(p, 2)`` of all pairs that the scene's filters leave.
 
-        Raises UnsupportedPairError for two height fields or voxel grids.
+        Raises UnsupportedPairError for two height fields.
         """
         pairs = candidate_rows(snapshot, np.inf)
         if not self.has_elements:
             return pairs
+        from scene_graph_ros.geometry.tables.height_grid import PlacedHeights
+
         known = set(map(tuple, pairs.tolist()))
         filtered, first = snapshot.state.collision_filtered, self.first_element
         first_field = len(self.table.kind) - len(self.fields)
+        first_grid = first_field + sum(isinstance(f, PlacedHeights) for f in self.fields)
         for k, row in enumerate(self.rows.tolist()):
             for m, other in enumerate(self.rows.tolist()):
                 if row >= first and (other < first or m < k):
                     ids = self.geometry_ids[k], self.geometry_ids[m]
                     if filtered(*ids):
                         continue
-                    if min(row, other) >= first_field:
+                    if first_field <= min(row, other) and max(row, other) < first_grid:
                         from scene_graph_ros.geometry.query.elements.scene import two_fields
 
                         raise two_fields(snapshot, *ids)

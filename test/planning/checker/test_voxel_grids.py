@@ -8,6 +8,7 @@ from voxel_boxes import boxes_of
 
 from scene_graph_ros.geometry import (
     GeometryInstance,
+    HeightField,
     ProximityProperties,
     SceneGraph,
     VoxelGrid,
@@ -41,7 +42,7 @@ class Cell:
         self.model = load_urdf(file)
         self.graph = SceneGraph()
         arm = self.graph.register_source("arm")
-        frames = register_robot(self.model, self.graph, arm)
+        self.arm, self.frames = arm, register_robot(self.model, self.graph, arm)
         self.map = self.graph.register_source("map")
         X = np.eye(4)
         X[:3, 3] = [-1.0, -1.0, -0.4]
@@ -53,9 +54,14 @@ class Cell:
             instance = GeometryInstance(X_WG, shape, f"still_{k}")
             instance.set_proximity_properties(ProximityProperties())
             self.ids.append(self.graph.register_anchored_geometry(self.map, instance))
+        self.checker = self.new_checker()
+
+    def new_checker(self):
+        """Return a checker of the scene by now."""
         self.context = self.graph.create_default_context()
-        diagram = RobotDiagram(self.graph, self.context, self.model.kinematic_tree(), frames)
-        self.checker = SceneGraphCollisionChecker(diagram)
+        tree = self.model.kinematic_tree()
+        diagram = RobotDiagram(self.graph, self.context, tree, self.frames)
+        return SceneGraphCollisionChecker(diagram)
 
 
 def configurations(rng, count):
@@ -96,3 +102,54 @@ def test_a_checker_of_another_moment_sees_its_voxels(tmp_path):
     assert free.sum() < alone.sum()
     assert (cell.checker.check_configs_collision_free(q) == free).all()
     assert pack(cleared) is not None
+
+
+def test_a_checker_takes_unknown_for_free_or_not_as_it_is_asked(tmp_path):
+    """Of one grid, as of two with either rule; the checker itself goes on as it was."""
+    rng = np.random.default_rng(13)
+    grid, q = around(rng), configurations(rng, 100)
+    cell = Cell(tmp_path, grid)
+    query = cell.graph.query_object(cell.context)
+    for is_free in (True, False):
+        other = VoxelGrid(grid.occupancy, grid.voxel, unknown_is_free=is_free)
+        expected = Cell(tmp_path, other).checker.check_configs_collision_free(q)
+        asked = cell.checker.at(query.with_unknown_voxels(is_free=is_free).snapshot)
+        assert (asked.check_configs_collision_free(q) == expected).all()
+        free = cell.checker.check_configs_collision_free(q)
+        assert (expected | ~free).all()
+        assert (free == expected).all() == (not is_free)
+
+
+def test_a_grid_that_the_arm_carries_is_free_of_another(tmp_path):
+    """Configurations and proven edges are those of its voxels as boxes; fields are the same."""
+    rng = np.random.default_rng(14)
+    load = VoxelGrid(rng.choice([0, 1], (3, 4, 3), p=[0.6, 0.4]), 0.04)
+    heights = HeightField(rng.uniform(-0.2, 0.1, (6, 6)), (3.0, 3.0), -1.0)
+    q = configurations(rng, 60)
+    for still in (around(rng), heights):
+        cells = []
+        for shapes in ([(np.zeros(3), load)], boxes_of(load)[0]):
+            cell = Cell(tmp_path, around(rng, 0.0))
+            for name, frame, center, shape in (
+                ("other", cell.graph.world_frame_id(), np.array([-1.0, -1.0, -0.4]), still),
+                *(
+                    (f"load_{k}", cell.frames["lower"], center, shape)
+                    for k, (center, shape) in enumerate(shapes)
+                ),
+            ):
+                X = np.eye(4)
+                X[:3, 3] = center + (0.0 if name == "other" else np.array([0.5, 0.0, 0.0]))
+                instance = GeometryInstance(X, shape, name)
+                instance.set_proximity_properties(ProximityProperties())
+                cell.graph.register_geometry(cell.arm, frame, instance)
+            cells.append(cell.new_checker())
+        own, boxes = cells
+        free = own.check_configs_collision_free(q)
+        assert (free == boxes.check_configs_collision_free(q)).all()
+        assert 0 < free.sum() < len(q)
+        proven = [
+            [each.check_edge_collision_free(a, b) for each in cells]
+            for a, b in zip(q, q + 0.1, strict=True)
+        ]
+        assert all(one == other for one, other in proven)
+        assert any(one for one, _ in proven)

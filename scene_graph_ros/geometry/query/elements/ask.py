@@ -77,7 +77,7 @@ def pair_distance_of_elements(
 ) -> SignedDistancePair:
     """Return the one pair, filtered or not, of which one at least is a cloud or field.
 
-    Raises UnsupportedPairError for a cloud without points, and for two fields.
+    Raises UnsupportedPairError for a cloud without points, and for two height fields.
     """
     clouds = clouds_of(snapshot)
     query = "compute_signed_distance_pair_closest_points"

@@ -8,10 +8,15 @@ from scene_graph_ros.geometry.compiled.entry_points import entry_point
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
 from scene_graph_ros.geometry.query.distance.pair_entry import PAIR_DISTANCE
 from scene_graph_ros.geometry.query.elements.between_clouds import nearest_balls
+from scene_graph_ros.geometry.query.elements.between_fields import (
+    descends_first,
+    nearest_voxel_to_field,
+)
 from scene_graph_ros.geometry.query.elements.element_places import (
     field_measure_of,
     first_element_of,
     first_field_of,
+    is_of_voxels,
     measure_of,
     point_row_of,
     tree_of,
@@ -83,19 +88,46 @@ def _to_field(places, field, j, R_FB, p_FB, max_distance, tolerance):
     return phi, p_Fa, p_Fb, nhat, gap
 
 
+@inlined_kernel
+def _is_last(places, i, j, first_field):
+    """Return True where A is to be the second of two: elements come first, and fields of these.
+
+    Of two fields the first is the one that is not gone down: heights, or the grid of more nodes.
+    """
+    if i >= first_field and j >= first_field:
+        if not is_of_voxels(places, j - first_field):
+            return is_of_voxels(places, i - first_field)
+        if not is_of_voxels(places, i - first_field):
+            return False
+        return descends_first(places, i - first_field, j - first_field)
+    return i < first_element_of(places) or (j >= first_field and i < first_field)
+
+
+@inlined_kernel
+def _to_other_field(places, field, other, R_AB, p_AB, max_distance, tolerance):
+    """Return the same of two fields, of which the second is a grid of voxels."""
+    if not is_of_voxels(places, other):
+        return -math.inf, p_AB, p_AB, (0.0, 0.0, 1.0), math.inf
+    phi, p_Fa, p_Fb, nhat, gap, _, _ = nearest_voxel_to_field(
+        places, field, other, R_AB, p_AB, max_distance, tolerance
+    )
+    return phi, p_Fa, p_Fb, nhat, gap
+
+
 def _element_distance(places, i, j, X_WA, X_WB, max_distance, tolerance):
     first, first_field = first_element_of(places), first_field_of(places)
     if i < first and j < first:
         arguments = places, i, j, X_WA, X_WB, max_distance, tolerance
         return _pair_distance(measure_of(places), arguments)
-    # A is an element; of two the field, if one is.
-    turned = i < first or (j >= first_field and i < first_field)
+    turned = _is_last(places, i, j, first_field)
     if turned:
         i, j, X_WA, X_WB = j, i, X_WB, X_WA
     (R_WA, p_WA), (R_WB, p_WB) = X_WA, X_WB
     R_AB, p_AB = relative_pose(R_WA, p_WA, R_WB, p_WB)
     if j >= first_field:
-        phi, p_ACa, p_ACb, nhat_A, gap = -math.inf, p_AB, p_AB, (0.0, 0.0, 1.0), math.inf
+        phi, p_ACa, p_ACb, nhat_A, gap = _to_other_field(
+            places, i - first_field, j - first_field, R_AB, p_AB, max_distance, tolerance
+        )
     elif i >= first_field and j < first:
         phi, p_ACa, p_ACb, nhat_A, gap = _to_field(
             places, i - first_field, j, R_AB, p_AB, max_distance, tolerance

@@ -77,6 +77,11 @@ class Clouds(NamedTuple):
         """How many of them, the first ones, are clouds."""
         return len(self.table.clouds)
 
+    @property
+    def num_heights(self) -> int:
+        """How many, behind the clouds, are height fields."""
+        return len(self.table.fields) - self.table.own.grids
+
     def near_pairs(self, snapshot: Snapshot, margin: float) -> NDArray[np.int64]:
         """Return (m, 2): clouds and rows of the proximity arrays whose boxes come that near."""
         allowed = _allowed(snapshot.state)
@@ -139,12 +144,12 @@ def _placed(snapshot: Snapshot, geometry_id: GeometryId) -> PlacedHeights | Plac
 
 
 def two_fields(snapshot: Snapshot, one: GeometryId, other: GeometryId) -> UnsupportedPairError:
-    """Return the error for a pair of height fields or voxel grids."""
+    """Return the error for a pair of height fields."""
     names = [snapshot.inspector.get_path(each) for each in sorted((one, other))]
     return UnsupportedPairError(
-        f"{names[0]} against {names[1]} has no answer: two fields, of heights or voxels, are not"
-        " measured against each other. Exclude the pair by a collision filter, or register one of"
-        " them as a Mesh."
+        f"{names[0]} against {names[1]} has no answer: two height fields are not measured against"
+        " each other. Exclude the pair by a collision filter, or register one of them as a Mesh"
+        " or VoxelGrid."
     )
 
 

@@ -59,7 +59,8 @@ def find_pairs(
 ) -> FoundPairs:
     """Return the pairs that may be kept, see ``solve_pairs``: at most ``max_distance`` apart.
 
-    Raises EngineError for the engine that knows no clouds, UnsupportedPairError for two fields.
+    Raises EngineError for the engine that knows no clouds, UnsupportedPairError for two height
+    fields.
     """
     if settings.engine is not Engine.NATIVE:
         raise EngineError(
@@ -100,18 +101,24 @@ def _of_two(
     pair: tuple[int, int],
     max_distance: float,
 ) -> FloatArray:
-    """Return (distance, element, element) of two clouds, or a cloud and a field; -1 if farther."""
+    """Return (distance, element, element) of two clouds or fields; -1 if farther."""
     both, (first, second) = np.array([max_distance, 0.0, 0.0]), pair
     if second < clouds.num_clouds:
         find_nearest_balls(places, first, second, clouds.X_WC, both)
         return both
-    if first >= clouds.num_clouds:
-        raise two_fields(snapshot, clouds.geometry_ids[first], clouds.geometry_ids[second])
-    from scene_graph_ros.geometry.query.elements.field_to_cloud import find_ball_at_field
+    X_WA, X_WB = (np.ascontiguousarray(clouds.X_WC[k : k + 1]) for k in pair)
+    field, heights = second - clouds.num_clouds, clouds.num_heights
+    if first < clouds.num_clouds:
+        from scene_graph_ros.geometry.query.elements.field_to_cloud import find_ball_at_field
 
-    X_WF, X_WC = (np.ascontiguousarray(clouds.X_WC[k : k + 1]) for k in (second, first))
-    field = second - clouds.num_clouds
-    find_ball_at_field(places, field, first, X_WF, X_WC, max_distance, both)
+        find_ball_at_field(places, field, first, X_WB, X_WA, max_distance, both)
+        return both
+    if field < heights:
+        raise two_fields(snapshot, clouds.geometry_ids[first], clouds.geometry_ids[second])
+    from scene_graph_ros.geometry.query.elements.between_fields import find_voxel_at_field
+
+    other = first - clouds.num_clouds
+    find_voxel_at_field(places, other, field, X_WA, X_WB, max_distance, both)
     return both
 
 

@@ -311,7 +311,7 @@ def test_what_has_no_answer_says_so():
     """Two fields, engines that know none, and properties of contact surfaces."""
     field = HeightField(np.zeros((2, 2)), (1.0, 1.0), -1.0)
     query, ids = above(field, HeightField(np.ones((3, 3)), (1.0, 1.0), 0.0), -0.5)
-    told = r"map/frame/geometry .* robot/frame/geometry .* two fields"
+    told = r"map/frame/geometry .* robot/frame/geometry .* two height fields"
     for ask in (
         lambda: query.compute_signed_distance_pair_closest_points(*ids),
         query.compute_signed_distance_pairwise_closest_points,

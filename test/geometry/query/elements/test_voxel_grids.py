@@ -1,5 +1,7 @@
 """Queries about voxel grids: the answers of the voxel that decides, found by looking at all."""
 
+import pickle
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -11,7 +13,6 @@ from scene_graph_ros.geometry import (
     GeometryFrame,
     GeometryInstance,
     HalfSpace,
-    HeightField,
     PointCloud,
     ProximityProperties,
     SceneGraph,
@@ -217,6 +218,31 @@ def test_unknown_is_solid_unless_the_shape_says_that_it_is_free():
     assert distances == pytest.approx([0.25, 3.25])
 
 
+def test_a_query_says_whether_unknown_counts_as_free():
+    """Both ways, whatever the shape says; the moment itself stays, and bits are made once."""
+    states = np.zeros((6, 1, 1), np.uint8)
+    states[0], states[3] = 1, 2
+    for free in (False, True):
+        grid = VoxelGrid(states, 1.0, unknown_is_free=free)
+        query, ids, (context, source) = placed(grid, PointCloud([[4.5, 0.5, 0.5]], 0.25))
+        before = query.compute_signed_distance_pair_closest_points(*ids).distance
+        for is_free, expected in ((True, 3.25), (False, 0.25)):
+            asked = query.with_unknown_voxels(is_free=is_free)
+            pair = asked.compute_signed_distance_pair_closest_points(*ids)
+            assert pair.distance == pytest.approx(expected)
+            assert pair.element_A == (0 if is_free else 3)
+            assert states.reshape(-1)[pair.element_A] == (1 if is_free else 2)
+            again = query.with_unknown_voxels(is_free=is_free)
+            sets = [each.snapshot.voxel_set(ids[0]) for each in (asked, again)]
+            assert sets[0] is sets[1]
+            assert sets[0].with_unknown(is_free=free) is context.snapshot.voxel_set(ids[0])
+        assert query.compute_signed_distance_pair_closest_points(*ids).distance == before
+        asked = query.with_unknown_voxels(is_free=True)
+        context.set_voxels(source, {ids[0]: np.full((1, 1, 1), 2)})
+        assert asked.compute_signed_distance_pair_closest_points(*ids).distance == 3.25
+        assert context.snapshot.with_unknown_voxels(is_free=free) is context.snapshot
+
+
 def test_a_cloud_is_as_far_as_its_nearest_ball_from_the_nearest_voxel():
     """By all pairs of balls and voxels; both elements are told."""
     rng = np.random.default_rng(2)
@@ -248,13 +274,8 @@ def test_a_grid_in_which_nothing_is_solid_is_near_nothing():
             query.compute_signed_distance_pair_closest_points(ids[0], ids[1])
 
 
-def test_two_grids_and_other_engines_are_refused_by_name():
+def test_another_engine_is_refused_by_name():
     """No answer that is silently wrong."""
-    field = HeightField(np.zeros((2, 2)), (1.0, 1.0), -1.0)
-    for other in (VoxelGrid([[[1]]], 0.2), field):
-        query, _, _ = placed(VoxelGrid([[[1]]], 0.1), other)
-        with pytest.raises(UnsupportedPairError, match=r"shape_0 against .*shape_1"):
-            query.compute_signed_distance_pairwise_closest_points()
     query, _, _ = placed(VoxelGrid([[[1]]], 0.1), Box(1, 1, 1))
     with pytest.raises(EngineError, match="voxel grids"):
         query.compute_point_pair_penetration(engine="fcl")
@@ -283,3 +304,25 @@ def test_a_large_grid_takes_little_memory():
     assert placed_voxels.bits.words.nbytes <= states.size / 8 * (1 + 1 / 60)
     pair = query.compute_signed_distance_pair_closest_points(*ids)
     assert pair.distance == pytest.approx(np.linalg.norm([1.0, 0.5, 0.07]) - 0.05, abs=EXACT)
+
+
+def test_what_if_and_clones_have_the_voxels():
+    """Of the moment that is asked about, moved by its poses; pickled answers say the same."""
+    query, ids, (context, source) = placed(VoxelGrid([[[1]]], 0.5), Sphere(0.25))
+    context.set_voxels(source, {ids[0]: [[[0]], [[0]], [[2]]]})
+    frame = query.inspector().get_frame_id(ids[1])
+    X = np.tile(np.eye(4), (2, 1, 1))
+    X[:, :3, 3] = [[2.0, 0.25, 0.25], [1.25, 0.25, 1.0]]
+
+    def distance(asked):
+        return asked.compute_signed_distance_pair_closest_points(*ids)
+
+    records = query.ask_what_if([{frame: each} for each in X], distance)
+    assert [record.distance for record in records] == pytest.approx([0.25, 0.25], abs=EXACT)
+    assert [record.element_A for record in records] == [2, 2]
+    free = query.with_unknown_voxels(is_free=True)
+    assert free.ask_what_if([{frame: X[0]}], lambda each: each.has_collisions()) == [False]
+    assert len(pickle.loads(pickle.dumps(query.find_collision_candidates()))) == 0
+    clone = context.clone()
+    context.set_voxels(source, {ids[0]: [[[1]]]})
+    assert clone.voxels(ids[0]).reshape(-1).tolist() == [0, 0, 2]
