@@ -226,6 +226,7 @@ class Server:
         self._effects = Effects(self, lack=self._kernels.lack)
         self._effects.switch_off(world.effects_off)
         self._services = self._offer_services(loader)
+        self.begin_plan = self._services.plans.begin
         watched = Watched(
             world,
             self._subscriptions.all,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple, Protocol
 
 from scene_graph_ros.geometry.query.query_object import QueryObject
+from scene_graph_ros.views.draggable import DraggableRobot
 from scene_graph_ros.views.sliders import Slider, SliderState
 
 __all__ = ["Contacts", "Moment", "Trouble"]
@@ -68,6 +69,10 @@ class Moment(Protocol):
     @property
     def sliders(self) -> tuple[Slider, ...]:
         """The joints that may be moved: others with another scene version."""
+
+    @property
+    def draggable(self) -> tuple[DraggableRobot, ...]:
+        """The robots whose links may be dragged: others with another scene version."""
 
     @property
     def slider_sequence(self) -> int:

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.query.results import Penetrations
+from scene_graph_ros.views.draggable import DraggableRobot
 from scene_graph_ros.views.moment import Contacts, Trouble
 from scene_graph_ros.views.sliders import Slider, SliderState
 
@@ -57,6 +58,11 @@ class StillMoment(NamedTuple):
 
     @property
     def sliders(self) -> tuple[Slider, ...]:
+        """None."""
+        return ()
+
+    @property
+    def draggable(self) -> tuple[DraggableRobot, ...]:
         """None."""
         return ()
 

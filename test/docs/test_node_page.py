@@ -53,6 +53,7 @@ def test_every_topic_that_is_published_is_listed():
     topics |= {
         f"{CAMERAS}/<name>/...",
         f"{names.SENSED}/<source>",
+        names.TRAJECTORY,
         names.TRANSFORMS,
         names.DIAGNOSTICS,
     }

@@ -118,6 +118,7 @@ OF_CAMERAS = (
 )
 OF_BROWSER = (
     "scene_graph_ros.node.effects.browser",
+    "scene_graph_ros.node.effects.page_",
     "scene_graph_ros.views.browser",
     "websockets",
 )

@@ -20,7 +20,7 @@ DEADLINE = 60.0
 """Seconds after which a test gives up waiting: far more than anything takes on a busy machine."""
 
 TIME, SCENE, MESH, POSES, VERTICES, CONTACTS, SURFACES, PICTURE, SLIDERS, TROUBLES = range(1, 11)
-TEXTURE = 11
+TEXTURE, MOTION, PLAN = 11, 12, 13
 
 
 def read_blocks(message: bytes) -> list[tuple[int, Any]]:
@@ -85,6 +85,18 @@ def _picture(data: bytes) -> bytes:
     return data[8 : 8 + n]
 
 
+def _moving(data: bytes) -> Any:
+    n, k = struct.unpack_from("<II", data)
+    parts = ("<f8", n, 1), ("<f8", k * n, 3), ("<f4", k * n, 4)
+    ids, positions, rotations = _arrays(data, 8, *parts)
+    told = json.loads(data[8 + 8 * n + 40 * k * n :])
+    bodies = {
+        int(i): (positions.reshape(k, n, 3)[:, row], rotations.reshape(k, n, 4)[:, row])
+        for row, i in enumerate(ids)
+    }
+    return told, bodies
+
+
 _READERS: dict[int, Callable[[bytes], Any]] = {
     TIME: lambda data: struct.unpack("<ddd", data),
     SCENE: json.loads,
@@ -97,7 +109,19 @@ _READERS: dict[int, Callable[[bytes], Any]] = {
     SLIDERS: json.loads,
     TROUBLES: json.loads,
     TEXTURE: _texture,
+    MOTION: _moving,
+    PLAN: _moving,
 }
+
+
+_KEPT = {
+    CONTACTS: "contacts",
+    SURFACES: "surfaces",
+    PICTURE: "picture",
+    SLIDERS: "sliders",
+    TROUBLES: "troubles",
+}
+"""Where the content of a block is kept as it is."""
 
 
 class PageClient:
@@ -126,6 +150,10 @@ class PageClient:
         self.surfaces: Any = None
         self.picture: bytes | None = None
         self.sliders: dict[str, Any] | None = None
+        self.motion: dict[str, Any] = {}
+        self.ghost: dict[int, Any] = {}
+        self.plan: dict[str, Any] = {"plan": 0}
+        self.played: dict[int, Any] = {}
         self.troubles: list[dict[str, str]] = []
         self.scenes: list[dict[str, Any]] = []
         self.messages = 0
@@ -139,6 +167,10 @@ class PageClient:
     def move(self, robot: str, joint: str, position: Any) -> None:
         """Ask that a joint moves."""
         self.socket.send(json.dumps({"robot": robot, "joint": joint, "position": position}))
+
+    def ask(self, motion: str, **fields: Any) -> None:
+        """Ask for something about a robot's motion."""
+        self.socket.send(json.dumps({"motion": motion, **fields}))
 
     def take(self) -> None:
         """Wait for the next message and take it."""
@@ -166,16 +198,12 @@ class PageClient:
                 self.poses.update(content)
             elif kind == VERTICES:
                 self.vertices[content[0]] = content[1]
-            elif kind == CONTACTS:
-                self.contacts = content
-            elif kind == PICTURE:
-                self.picture = content
-            elif kind == SLIDERS:
-                self.sliders = content
-            elif kind == TROUBLES:
-                self.troubles = content
+            elif kind == MOTION:
+                self.motion, self.ghost = content
+            elif kind == PLAN:
+                self.plan, self.played = content
             else:
-                self.surfaces = content
+                setattr(self, _KEPT[kind], content)
 
     def _scene(self, content: dict[str, Any]) -> None:
         self.scenes.append(content)

@@ -158,6 +158,20 @@ class Tab:
             self._ask("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y, **moved)
         self._ask("Input.dispatchMouseEvent", type="mouseReleased", x=x, y=y, **button)
 
+    def touch(self, x: float, y: float, *, to: tuple[float, float]) -> None:
+        """Drag with a finger."""
+        for kind, points in (
+            ("touchStart", [{"x": x, "y": y}]),
+            ("touchMove", [{"x": to[0], "y": to[1]}]),
+            ("touchEnd", []),
+        ):
+            self._ask("Input.dispatchTouchEvent", type=kind, touchPoints=points)
+
+    def key(self, name: str) -> None:
+        """Press a key that writes nothing."""
+        for kind in ("rawKeyDown", "keyUp"):
+            self._ask("Input.dispatchKeyEvent", type=kind, key=name)
+
     def picture(self) -> NDArray[np.uint8]:
         """Return what is seen: ``(height, width, 4)``."""
         data = self._ask("Page.captureScreenshot", format="png")["data"]

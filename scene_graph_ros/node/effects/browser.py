@@ -23,6 +23,7 @@ from scene_graph_ros.views.origins import origins_of
 
 if TYPE_CHECKING:
     from scene_graph_ros.node.effects.joint_sliders import JointSliders
+    from scene_graph_ros.node.effects.page_motions import PageMotions
 
 __all__ = ["Browser"]
 
@@ -47,14 +48,16 @@ class Browser:
         self._strangers: set[str] = set()
         self._version = self._failed_version = -1
         self._joints: JointSliders | None = None
-        if host.parameter("browser_control"):
-            from scene_graph_ros.node.effects.joint_sliders import JointSliders
-
-            self._joints = JointSliders(host)
+        self._motions: PageMotions | None = None
         name, port = host.parameter("browser_host"), host.parameter("browser_port")
         token = host.parameter("browser_token")
         if token == _NEW:
             token = secrets.token_urlsafe(24)
+        if host.parameter("browser_control"):
+            from scene_graph_ros.node.effects.joint_sliders import JointSliders
+            from scene_graph_ros.node.effects.page_motions import PageMotions
+
+            self._joints, self._motions = JointSliders(host), PageMotions(host)
         try:
             self._view = BrowserView(
                 name,
@@ -68,9 +71,12 @@ class Browser:
                 cannot_show=self._cannot_show,
                 refused_origin=self._refuse,
                 moved=None if self._joints is None else self._move,
+                motions=None if self._motions is None else self._motions.open,
                 no_handles=self._say_no_handles,
             )
         except OSError as error:
+            if self._motions is not None:
+                self._motions.close()
             raise OSError(
                 f"browser_host {name!r} and browser_port {port} can't be listened to: {error}"
             ) from error
@@ -103,6 +109,8 @@ class Browser:
         self._version = snapshot.scene_version
         if self._joints is not None:
             self._joints.publish(snapshot)
+        if self._motions is not None:
+            self._motions.follow(snapshot)
         found = None
         if self._view.wants_contacts():
             # Surfaces are costly: not to be found more often than they are shown.
@@ -118,6 +126,8 @@ class Browser:
             moment = moment._replace(
                 sliders=sliders, refused=refused, slider_sequence=joints.sequence
             )
+        if self._motions is not None:
+            moment = moment._replace(draggable=self._motions.draggable(snapshot))
         self._view.offer(moment)
 
     def vanish(self, snapshot: WorldSnapshot) -> None:
@@ -127,6 +137,8 @@ class Browser:
         """Close the pages and the port."""
         self._view.stop()
         self._forget_file()
+        if self._motions is not None:
+            self._motions.close()
         if self._joints is not None:
             self._joints.close()
 
@@ -159,7 +171,8 @@ class Browser:
         """Return the address, the number of open pages, and counts of messages to them."""
         moved = {} if self._joints is None else {"joints moved": self._joints.moved}
         opened = {} if self._file is None else {"opened with its token by": str(self._file)}
-        return {**self._view.counters(), **opened, **moved}
+        motions = {} if self._motions is None else self._motions.counters()
+        return {**self._view.counters(), **opened, **moved, **motions}
 
     # In the view's threads.
 

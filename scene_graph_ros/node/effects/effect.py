@@ -76,6 +76,18 @@ class Host(Protocol):
     def newest_plan(self) -> PlannedPath | None:
         """Return the path that was found last, None before the first."""
 
+    def begin_plan(
+        self,
+        goal: Any,
+        heard: Callable[[Any], None],
+        done: Callable[[Any, PlannedPath | None], None],
+    ) -> Callable[[], None]:
+        """Take a goal of plan_path as a client's; return the function that cancels it.
+
+        ``heard`` is told its feedback, ``done`` its result and the path, in threads that must not
+        be held up.
+        """
+
     def kept_regions(self) -> KeptRegions | None:
         """Return the regions that are kept, None before the first."""
 

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.node.effects.answer_thread import Found
 from scene_graph_ros.node.world.world import WorldSnapshot
+from scene_graph_ros.views.draggable import DraggableRobot
 from scene_graph_ros.views.moment import Contacts, Trouble
 from scene_graph_ros.views.sliders import Slider, SliderState
 
@@ -29,6 +30,8 @@ class SnapshotMoment(NamedTuple):
     slider_sequence: int = 0
     """Another number for each such mapping."""
     troubles: tuple[Trouble, ...] = ()
+    draggable: tuple[DraggableRobot, ...] = ()
+    """Robots whose links pages may drag."""
     """What diagnostics say that is not as it should be."""
 
     @property

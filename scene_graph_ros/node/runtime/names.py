@@ -26,6 +26,7 @@ __all__ = [
     "POSE_TOPICS",
     "REGIONS",
     "SENSED",
+    "TRAJECTORY",
     "TRANSFORMS",
     "default_configuration_topic",
     "default_heights_topic",
@@ -57,6 +58,8 @@ JOG_TWIST = "~/delta_twist_cmds"
 """Commands that jog a robot, by the names that MoveIt Servo has for them."""
 JOG_VELOCITIES = "~/jog_velocities"
 JOG_STATUS = "~/jog_status"
+TRAJECTORY = "~/trajectory"
+"""Motions that a page had executed."""
 DIAGNOSTICS = "/diagnostics"
 TRANSFORMS = "/tf"
 

@@ -41,6 +41,8 @@ def validate(values: Mapping[str, Any], current: Mapping[str, Any] | None = None
         )
     if merged["browser_control"] and not merged["browser_token"]:
         problems.append("browser_control lets pages move joints: give a browser_token, too")
+    if merged["browser_execute"] and not merged["browser_control"]:
+        problems.append("browser_execute lets pages move robots: set browser_control, too")
     try:
         origins_of(merged["browser_origins"])
     except ValueError as error:

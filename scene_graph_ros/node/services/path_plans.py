@@ -8,6 +8,7 @@ import time
 from typing import Any
 
 import numpy as np
+from trajectory_msgs.msg import JointTrajectory
 
 from msg_adapters.errors import MessageError
 from msg_adapters.robot_configurations import (
@@ -27,6 +28,7 @@ from scene_graph_ros.node.services.plan_goals import (
     PlanGoal,
     thinned,
 )
+from scene_graph_ros.node.services.replacement import joined
 from scene_graph_ros.node.world.planned_path import PlannedPath
 from scene_graph_ros.node.world.planning_robots import PlanningRobots
 from scene_graph_ros.node.world.world import WorldSnapshot
@@ -50,57 +52,96 @@ def plan(
     snapshot: WorldSnapshot,
     limit: Callable[[str], Any],
     text: Callable[[str], tuple[str, str]],
-    now: int,
+    clock: Callable[[], int],
 ) -> tuple[Any, PlannedPath | None]:
     """Return the result of a goal of PlanPath, and the path; feedback goes out meanwhile.
 
-    ``now`` is the node's time, ns. Raises StaleError, UnknownIdError, NameConflictError,
+    ``clock`` returns the node's time, ns. Raises StaleError, UnknownIdError, NameConflictError,
     MessageError, TooLargeError, UnavailableError, PlanningError and TrajectoryError for goals that
     can't be worked on, naming the field and its value.
     """
     begin, core = time.monotonic(), snapshot.query.snapshot
     robots = snapshot.robots.planning(core, snapshot.bases)
-    wanted = checked_goal(goal.request, robots, snapshot, limit, now)
+    wanted: PlanGoal | None = checked_goal(goal.request, robots, snapshot, limit, clock())
+    assert wanted is not None
     result = PlanPath.Result(
         status=ok_status(),
         scene_version=snapshot.scene_version,
         stamp=stamp_to_msg(snapshot.stamp),
     )
+    path, checker = None, robots.checker(core, **wanted.paddings)
+    try:
+        while path is None and wanted is not None:
+            path = _search(goal, robots, wanted, checker, result, limit, clock)
+            is_untimed = result.failure == PlanPath.Result.NOT_TIMED
+            wanted = wanted.later(clock()) if is_untimed else None
+    except CancelledError as cancelled:
+        result.failure, result.reason = PlanPath.Result.CANCELED, str(cancelled)
+    result.seconds = time.monotonic() - begin
+    return result, path
+
+
+def _search(
+    goal: Goal,
+    robots: PlanningRobots,
+    wanted: PlanGoal,
+    checker: SceneGraphCollisionChecker,
+    result: Any,
+    limit: Callable[[str], Any],
+    clock: Callable[[], int],
+) -> PlannedPath | None:
+    """Return the path of a goal, and fill the result. Raises CancelledError."""
 
     def watch(progress: PlanProgress) -> None:
         if goal.is_cancelled:
             raise CancelledError.of_search(progress)
         goal.tell(_feedback(progress))
 
-    path, checker = None, robots.checker(core, **wanted.paddings)
+    timeout = patience(goal.request.timeout, limit)
+    if wanted.replaced is not None:
+        timeout = min(timeout, max(wanted.replaced.seconds_left(clock()), 0.0))
     how: dict[str, Any] = {
         "seed": goal.request.seed,
-        "timeout": patience(goal.request.timeout, limit),
+        "timeout": timeout,
         "group": wanted.group,
         "start_tolerance": float(limit("start_tolerance")),
         "start_overlap": wanted.start_overlap,
         "constraints": wanted.constraints,
         "watch": watch,
     }
-    fastest = _limits_of_fastest(goal.request, wanted)
-    try:
-        motion = None
-        if fastest is None:
-            found = plan_path(checker, wanted.start, wanted.goals, **how)
-        else:
-            motion = plan_trajectory(checker, wanted.start, wanted.goals, fastest, **how)
-            assert motion.plan is not None
-            found = motion.plan
-        _tell(found, result)
-        if found.is_success:
-            result.path = configurations_to_msg(
-                robots.positions, found.configurations, wanted.moving
-            )
-            path = _planned(goal, robots, wanted, checker, found, motion, result, limit)
-    except CancelledError as cancelled:
-        result.failure, result.reason = PlanPath.Result.CANCELED, str(cancelled)
-    result.seconds = time.monotonic() - begin
-    return result, path
+    fastest, motion = _limits_of_fastest(goal.request, wanted), None
+    if fastest is None:
+        found = plan_path(checker, wanted.start, wanted.goals, **how)
+    else:
+        rates = wanted.start_rates
+        motion = plan_trajectory(checker, wanted.start, wanted.goals, fastest, **rates, **how)
+        assert motion.plan is not None
+        found = motion.plan
+    _tell(found, result)
+    if not found.is_success:
+        return None
+    result.path = configurations_to_msg(robots.positions, found.configurations, wanted.moving)
+    path = _planned(goal, robots, wanted, checker, found, motion, result, limit)
+    return None if path is None or _is_unusable(result, wanted, limit, clock()) else path
+
+
+def _is_unusable(result: Any, wanted: PlanGoal, limit: Callable[[str], Any], now: int) -> bool:
+    """Tell whether a trajectory comes too late to go on from another; then say so."""
+    if wanted.replaced is None:
+        return False
+    late, most = -wanted.replaced.seconds_left(now), int(limit("max_trajectory_points"))
+    if late > 0.0:
+        result.failure = PlanPath.Result.TIMEOUT
+        result.reason = f"it was found {late:.3f} s after the time at which it should begin"
+    elif len(result.trajectory.points) > most:
+        result.failure = PlanPath.Result.NOT_TIMED
+        result.reason = (
+            f"with the rest of what is executed it has {len(result.trajectory.points)} points, and"
+            f" max_trajectory_points is {most}"
+        )
+    if result.failure:
+        result.trajectory = JointTrajectory()
+    return bool(result.failure)
 
 
 def _limits_of_fastest(request: Any, wanted: PlanGoal) -> MotionLimits | None:
@@ -139,22 +180,40 @@ def _planned(
     curves = np.stack([ends[:-1], ends[1:]], axis=1)
     if wanted.limits is not None:
         timed = motion or _timed(goal, wanted, wanted.limits, checker, found, limit)
-        look = partial(_look, goal, found, time.monotonic())
-        timed = thinned(timed, checker, wanted.limits, limit, look, wanted.constraints)
+        replaced = wanted.replaced
+        timed = thinned(
+            timed,
+            checker,
+            wanted.limits,
+            limit,
+            partial(_look, goal, found, time.monotonic()),
+            wanted.constraints,
+            others=0 if replaced is None else len(replaced.rest().nanoseconds) - 1,
+        )
         if timed.points is None or timed.trajectory is None:
             result.failure, result.reason = PlanPath.Result.NOT_TIMED, timed.reason or ""
             return None
         columns = wanted.moving
-        result.trajectory = joint_trajectory_to_msg(
-            [robots.positions.short(column) for column in columns], timed.points.of(columns)
-        )
-        result.trajectory_clearance, result.stops = timed.least_clearance, timed.stops
+        names = [robots.positions.short(column) for column in columns]
+        points = timed.points.of(columns)
         free_from = result.trajectory_free_from = timed.free_from
+        if replaced is None:
+            result.trajectory = joint_trajectory_to_msg(names, points)
+        else:
+            result.trajectory, count = joined(replaced, points, columns, names)
+            result.replaces_from = result.trajectory_free_from = count
+        result.trajectory_clearance, result.stops = timed.least_clearance, timed.stops
         q, times = timed.points.positions, timed.trajectory.breaks
         curves = timed.trajectory.control_points
-    names = robots.positions.names
     return PlannedPath(
-        goal.id, q, curves, times, names, wanted.moving, **wanted.paddings, free_from=free_from
+        goal.id,
+        q,
+        curves,
+        times,
+        robots.positions.names,
+        wanted.moving,
+        **wanted.paddings,
+        free_from=free_from,
     )
 
 
@@ -179,6 +238,7 @@ def _timed(
         constraints=wanted.constraints,
         timeout=patience,
         watch=partial(_look, goal, found, time.monotonic()),
+        **wanted.start_rates,
     )
 
 
@@ -214,6 +274,7 @@ def _tell(found: Plan, result: Any) -> None:
     if found.failure is not None:
         result.failure, result.reason = found.failure.value, found.reason or ""
         return
-    result.failure, result.goal = PlanPath.Result.NONE, found.goal or 0
+    result.failure, result.reason = PlanPath.Result.NONE, ""
+    result.goal = found.goal or 0
     result.least_clearance, result.length = found.least_clearance, found.length
     result.free_from = found.free_from

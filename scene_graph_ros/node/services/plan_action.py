@@ -11,9 +11,11 @@ from functools import partial
 import importlib
 import time
 from typing import Any
+import uuid
 
 from action_msgs.msg import GoalStatus, GoalStatusArray
 from action_msgs.srv import CancelGoal
+import numpy as np
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 
@@ -33,12 +35,26 @@ from scene_graph_ros.node.world.world import World
 
 __all__ = ["PlanAction", "PlanHooks"]
 
+Heard = Callable[[Any], None]
+Done = Callable[[Any, PlannedPath | None], None]
+
+
+@dataclass(eq=False)
+class _Own:
+    """A goal of the node's own."""
+
+    heard: Heard
+    done: Done
+    path: PlannedPath | None = None
+
+
 RCLError = rclpy_implementation.RCLError
 
 _PLANNERS = {
     "": ("path_plans", ("planning",)),
     "rrt_connect": ("path_plans", ("planning",)),
     "fastest": ("path_plans", ("planning",)),
+    "straight": ("straight_plans", ("planning",)),
     "regions": ("region_plans", ("planning", "convex")),
 }
 """The module beside this one that works on goals of each planner, and the kernels it calls."""
@@ -81,7 +97,8 @@ class PlanAction:
             publish(parts.FeedbackMessage, f"{PLAN_PATH}/_action/feedback", feedback_qos()),
             publish(GoalStatusArray, f"{PLAN_PATH}/_action/status", latched_qos()),
         )
-        feedback, status = (partial(self._tell, publisher) for publisher in self._publishers)
+        self._own: dict[bytes, _Own] = {}
+        status = partial(self._tell, self._publishers[1])
         self.goals = Goals(
             PlanPath,
             Work(
@@ -91,7 +108,7 @@ class PlanAction:
                 _waits,
                 lambda: int(parameter("max_waiting_plans")),
             ),
-            publish_feedback=feedback,
+            publish_feedback=self._tell_feedback,
             publish_status=status,
             now=lambda: node.get_clock().now().to_msg(),
         )
@@ -105,6 +122,29 @@ class PlanAction:
                 kind, f"{PLAN_PATH}/_action/{name}", answer, refuse=partial(self._overload, kind)
             )
 
+    def begin(self, goal: Any, heard: Heard, done: Done) -> Callable[[], None]:
+        """Take a goal of the node's own, as any client's; return the function that cancels it.
+
+        It counts as theirs do. ``heard`` is told its feedback, ``done`` its result and the path,
+        in threads that must not be held up.
+        """
+        key = uuid.uuid4().bytes
+        uuids = np.frombuffer(key, dtype=np.uint8)
+        send = PlanPath.Impl.SendGoalService.Request(goal=goal)
+        get = PlanPath.Impl.GetResultService.Request()
+        cancel = CancelGoal.Request()
+        for id_of in (send.goal_id, get.goal_id, cancel.goal_info.goal_id):
+            id_of.uuid = uuids
+        self._own[key] = _Own(heard, done)
+        # One that is not taken, since all ends, has no result.
+        self.goals.send(send, lambda response: None)
+        self.goals.get_result(get, lambda response: self._end_own(key, response.result))
+        return lambda: self.goals.cancel(cancel, lambda response: None)
+
+    def _end_own(self, key: bytes, result: Any) -> None:
+        own = self._own.pop(key)
+        own.done(result, own.path)
+
     def close(self) -> None:
         """End all goals; the loop still answers."""
         self.goals.close()
@@ -113,6 +153,12 @@ class PlanAction:
         """Stop being advertised."""
         for publisher in self._publishers:
             self._node.destroy_publisher(publisher)
+
+    def _tell_feedback(self, message: Any) -> None:
+        self._tell(self._publishers[0], message)
+        own = self._own.get(bytes(message.goal_id.uuid))
+        if own is not None:
+            own.heard(message.feedback)
 
     def _tell(self, publisher: Any, message: Any) -> None:
         try:
@@ -126,21 +172,27 @@ class PlanAction:
         begin = time.monotonic()
         try:
             module, kernels = _planner(goal.request.planner)
-            snapshot, now = self._world.snapshot, self._node.get_clock().now().nanoseconds
+            snapshot = self._world.snapshot
             groups = (*kernels, *kernels_of_clouds(snapshot))
             lacks = [self._hooks.lack_of_kernels(group) for group in groups]
             if any(lacks):
                 raise UnavailableError(f"not yet: {'; '.join(filter(None, lacks))}")
             plans = importlib.import_module(f"{__package__}.{module}")
-            result, path = plans.plan(goal, snapshot, self._parameter, self._hooks.text, now)
+            text = self._hooks.text
+            result, path = plans.plan(goal, snapshot, self._parameter, text, self._now)
             if path is not None:
                 self._hooks.found(path)
+                if goal.id in self._own:
+                    self._own[goal.id].path = path
         except Exception as error:  # noqa: BLE001 - every goal has an end
             result = self._replies.refuse("PlanPath", PlanPath.Result(), error)
             return GoalEnd(GoalStatus.STATUS_ABORTED, result)
         self._replies.counts.answered()
         self._hooks.record(time.monotonic() - begin)
         return GoalEnd(_STATUSES.get(result.failure, GoalStatus.STATUS_ABORTED), result)
+
+    def _now(self) -> int:
+        return int(self._node.get_clock().now().nanoseconds)
 
     def _crowded(self, waiting: int) -> Any:
         error = TooLargeError(

@@ -19,9 +19,14 @@ from msg_adapters.robot_configurations import (
 from msg_adapters.stamps import duration_from_msg
 from msg_adapters.trajectories import motion_limits_from_msg, rise_time_from_msg
 from scene_graph_ros.geometry.quoting import quoted
-from scene_graph_ros.node.services.reported_joints import require_reported
+from scene_graph_ros.node.services.replacement import (
+    Replaced,
+    replaced_trajectory,
+    require_followed,
+)
 from scene_graph_ros.node.services.tally import require
 from scene_graph_ros.node.world.planning_robots import PlanningRobots
+from scene_graph_ros.node.world.reported_joints import require_reported
 from scene_graph_ros.node.world.world import WorldSnapshot
 from scene_graph_ros.planning import (
     LinkConstraint,
@@ -73,6 +78,32 @@ class PlanGoal(NamedTuple):
     start_overlap: float
     """Metres."""
     constraints: tuple[LinkConstraint, ...]
+    replaced: Replaced | None
+    """The trajectory that it goes on from."""
+
+    def later(self, now: int) -> PlanGoal | None:
+        """Return the same goal with a later start on the trajectory that it goes on from.
+
+        ``now`` is the node's time, ns. None where there is no later one.
+        """
+        replaced = None if self.replaced is None else self.replaced.later(now)
+        if replaced is None:
+            return None
+        start = self.start.copy()
+        start[replaced.rows] = replaced.state(0, len(start))[replaced.rows]
+        return self._replace(start=start, replaced=replaced)
+
+    @property
+    def start_rates(self) -> dict[str, Any]:
+        """How it begins to move, as `time_path` takes it: ``(nq,)``, or None for rest."""
+        replaced, size = self.replaced, len(self.start)
+        if replaced is None:
+            return {"start_velocity": None, "start_acceleration": None}
+        has_jerk = replaced.points.accelerations is not None
+        return {
+            "start_velocity": replaced.state(1, size),
+            "start_acceleration": replaced.state(2, size) if has_jerk else None,
+        }
 
 
 def checked_goal(
@@ -96,6 +127,10 @@ def checked_goal(
     if request.group:
         group = robots.groups.names[robots.groups.row(request.group, "group")]
         moving = robots.tree.group_positions(group)
+    replaced = replaced_trajectory(request, robots, moving, now)
+    if replaced is not None:
+        rows = replaced.rows
+        starts[0][rows] = replaced.state(0, len(present))[rows]
     inside = start_inside(starts[0], robots, moving, limit)
     goals = _goals(request, robots, inside)
     paddings = {
@@ -112,18 +147,10 @@ def checked_goal(
         raise MessageError(f"start_overlap must not be negative, got {overlap:g}")
     constraints = _constraints(request, robots)
     require_reported(request, robots, snapshot, limit, now)
-    return PlanGoal(
-        starts[0],
-        goals,
-        group,
-        moving,
-        paddings,
-        limits,
-        rise_time,
-        retimer,
-        overlap,
-        constraints,
-    )
+    if replaced is not None:
+        require_followed(replaced, robots, present, snapshot)
+    how = limits, rise_time, retimer, overlap, constraints, replaced
+    return PlanGoal(starts[0], goals, group, moving, paddings, *how)
 
 
 def start_inside(
@@ -209,13 +236,18 @@ def thinned(
     limit: Callable[[str], Any],
     watch: Callable[[], None],
     constraints: tuple[LinkConstraint, ...] = (),
+    *,
+    others: int = 0,
 ) -> TimedPath:
-    """Return a trajectory of as many points as there may be, or why there is none."""
+    """Return a trajectory of as many points as there may be, or why there is none.
+
+    There will be ``others`` before them.
+    """
     return thin_trajectory(
         checker,
         timed,
         limits,
-        int(limit("max_trajectory_points")),
+        max(int(limit("max_trajectory_points")) - others, 2),
         deviation=float(limit("thinning_deviation")),
         constraints=constraints,
         timeout=float(limit("max_planning_time")),

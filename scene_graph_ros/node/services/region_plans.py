@@ -118,7 +118,7 @@ def plan(
     snapshot: WorldSnapshot,
     limit: Callable[[str], Any],
     text: Callable[[str], tuple[str, str]],
-    now: int,
+    clock: Callable[[], int],
 ) -> tuple[Any, PlannedPath | None]:
     """Return the result of a goal with the planner "regions", and the trajectory.
 
@@ -136,7 +136,7 @@ def plan(
             " joints may be"
         )
     robots = snapshot.robots.planning(core, snapshot.bases)
-    wanted = checked_goal(request, robots, snapshot, limit, now)
+    wanted = checked_goal(request, robots, snapshot, limit, clock())
     if wanted.start_overlap:
         raise MessageError("start_overlap must be 0 with the planner 'regions': a start is in one")
     if wanted.constraints:

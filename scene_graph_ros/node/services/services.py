@@ -43,7 +43,7 @@ class Services:
         effects: Callable[[], Sequence[EffectReport]],
     ) -> None:
         """Offer them by ``loop``, and start it; ``effects`` are those that ListEffects lists."""
-        self._loop, self._waiting, self._replies, self._plans = loop, waiting, replies, plans
+        self._loop, self._waiting, self._replies, self.plans = loop, waiting, replies, plans
         self._effects = effects
         for name in QUERIES:
             self._offer(name, queries.answer_to(name))
@@ -63,9 +63,9 @@ class Services:
 
     def close(self) -> None:
         """Stop offering the services."""
-        self._plans.close()
+        self.plans.close()
         self._loop.close()
-        self._plans.destroy()
+        self.plans.destroy()
 
     def _offer(self, name: str, answer: Answer, *, is_exclusive: bool = False) -> None:
         kind = getattr(scene_graph_msgs.srv, name)

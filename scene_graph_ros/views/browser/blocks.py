@@ -24,7 +24,9 @@ __all__ = [
     "BlockKind",
     "contacts_block",
     "mesh_block",
+    "motion_block",
     "picture_block",
+    "plan_block",
     "poses_block",
     "scene_block",
     "sliders_block",
@@ -36,6 +38,8 @@ __all__ = [
 ]
 
 _ALIGNMENT = 8
+
+_NONE, _NOWHERE = np.empty(0, np.int64), np.empty((0, 4, 4))
 
 
 class BlockKind(enum.IntEnum):
@@ -68,6 +72,11 @@ class BlockKind(enum.IntEnum):
     """JSON: a list of what is not as it should be: level, name, text."""
     TEXTURE = 11
     """Double: number; integers: count n, 0; bytes (n,) of a PNG file."""
+    MOTION = 12
+    """As PLAN, of one moment: the robot as a page drags it."""
+    PLAN = 13
+    """Integers: bodies n, moments k; doubles (n,) ids of geometries, (k, n, 3) positions; floats
+    (k, n, 4) x, y, z, w; JSON."""
 
 
 def _block(kind: BlockKind, *parts: bytes) -> bytes:
@@ -198,6 +207,38 @@ def sliders_block(state: SliderState) -> bytes:
     """Return the block of where joints are that may be moved, and which may not now."""
     content = {"positions": state.positions, "refused": dict(state.refused)}
     return _block(BlockKind.SLIDERS, json.dumps(content, allow_nan=False).encode())
+
+
+def motion_block(
+    content: Mapping[str, Any], ids: NDArray[Any] = _NONE, X_WG: NDArray[np.float64] = _NOWHERE
+) -> bytes:
+    """Return the block of a robot as a page drags it, and of the state of the page's requests.
+
+    Its geometries, by ids ``(n,)``, are at ``X_WG`` ``(n, 4, 4)`` then.
+    """
+    return _moving_block(BlockKind.MOTION, content, ids, X_WG[np.newaxis])
+
+
+def plan_block(
+    content: Mapping[str, Any],
+    ids: NDArray[Any] = _NONE,
+    X_WGs: NDArray[np.float64] = _NOWHERE[np.newaxis],
+) -> bytes:
+    """Return the block of a motion: geometries, by ids ``(n,)``, at ``X_WGs`` ``(k, n, 4, 4)``."""
+    return _moving_block(BlockKind.PLAN, content, ids, X_WGs)
+
+
+def _moving_block(
+    kind: BlockKind, content: Mapping[str, Any], ids: NDArray[Any], X_WGs: NDArray[np.float64]
+) -> bytes:
+    return _block(
+        kind,
+        struct.pack("<II", len(ids), len(X_WGs)),
+        _bytes(ids, "<f8"),
+        _bytes(X_WGs[..., :3, 3], "<f8"),
+        _bytes(quaternions_from_poses(X_WGs.reshape(-1, 4, 4)), "<f4"),
+        json.dumps(content, allow_nan=False).encode(),
+    )
 
 
 def troubles_block(troubles: Iterable[Trouble]) -> bytes:

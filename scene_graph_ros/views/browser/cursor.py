@@ -14,12 +14,16 @@ from scene_graph_ros.views.browser.blocks import (
     vertices_block,
 )
 from scene_graph_ros.views.browser.drawing import Deforming, Drawing, Scene
+from scene_graph_ros.views.browser.motions import MotionTold
 from scene_graph_ros.views.browser.wishes import Wish
 from scene_graph_ros.views.draw_list import Changes, Shown
 from scene_graph_ros.views.moment import Moment, Trouble
 from scene_graph_ros.views.sliders import SliderState
 
 __all__ = ["Cursor", "Told"]
+
+
+_NO_MOTION = MotionTold()
 
 
 class Told(NamedTuple):
@@ -42,13 +46,18 @@ class Cursor:
         self._picture = ("", b"")
         self._sliders = SliderState()
         self._troubles: tuple[Trouble, ...] = ()
+        self._motion = MotionTold()
 
     def message(self, moment: Moment, wish: Wish, drawing: Drawing) -> bytes:
         """Return the blocks of ``told`` as one."""
         return b"".join(self.told(moment, wish, drawing).blocks)
 
-    def told(self, moment: Moment, wish: Wish, drawing: Drawing) -> Told:
+    def told(
+        self, moment: Moment, wish: Wish, drawing: Drawing, motion: MotionTold = _NO_MOTION
+    ) -> Told:
         """Return the message after which a page with all messages so far shows ``moment``.
+
+        ``motion`` is for this page alone.
 
         Raises the errors of meshes and contacts; then begin anew.
         """
@@ -71,6 +80,8 @@ class Cursor:
         if wish.contacts:
             blocks.append(drawing.contacts(moment))
         blocks += self._pictures(moment, wish.camera, drawing)
+        blocks += [new for new, old in zip(motion, self._motion, strict=True) if new is not old]
+        self._motion = motion
         shared = {id(block) for made in (scene.meshes, scene.textures) for block in made.values()}
         return Told(blocks, sum(len(block) for block in blocks if id(block) not in shared))
 
@@ -107,6 +118,7 @@ class Cursor:
             "counts": dict(scene.counts),
             "cameras": list(scene.cameras),
             "sliders": [slider._asdict() for slider in scene.sliders],
+            "draggable": [each._asdict() for each in scene.draggable],
             "appeared": [*entries, *(each.entry for each in new)],
             "vanished": [*_numbers(before, changes), *gone],
             "meshes_gone": sorted(unused),

@@ -22,6 +22,7 @@ from scene_graph_ros.views.browser.blocks import (
 from scene_graph_ros.views.browser.shared_meshes import SharedMeshes, SharedTexture
 from scene_graph_ros.views.browser.wishes import SHOWN_ROLES, Wish
 from scene_graph_ros.views.deformables import deformable_items, DeformableItem
+from scene_graph_ros.views.draggable import DraggableRobot
 from scene_graph_ros.views.draw_list import DrawItem, DrawList
 from scene_graph_ros.views.items import DEFAULT_COLOR, draw_items
 from scene_graph_ros.views.looks import look_of
@@ -102,6 +103,8 @@ class Scene(NamedTuple):
     """Names of those whose pictures can be asked for."""
     sliders: tuple[Slider, ...]
     """Joints that may be moved."""
+    draggable: tuple[DraggableRobot, ...]
+    """Robots whose links may be dragged."""
     listed: DrawList
     """The rigid ones; in their rows:"""
     numbers: NDArray[np.float64]
@@ -209,6 +212,7 @@ class Drawing:
             counts,
             moment.cameras,
             moment.sliders,
+            moment.draggable,
             DrawList(items),
             np.array(numbers, dtype=np.float64),
             entries,

@@ -10,6 +10,7 @@ from typing import Any
 
 from scene_graph_ros.views.browser.cursor import Cursor, Told
 from scene_graph_ros.views.browser.drawing import Drawing
+from scene_graph_ros.views.browser.motions import MotionTold
 from scene_graph_ros.views.browser.wishes import Wish
 from scene_graph_ros.views.moment import Moment
 
@@ -27,10 +28,11 @@ class Page:
         self.deliver = deliver
         self.cursor = Cursor()
         self.wish = Wish()
+        self.motion = MotionTold()
         self.is_ready = True
         """Whether all that was delivered has gone out."""
         self.seen: tuple[Any, ...] | None = None
-        """Of which moment and contacts, and by which wish, the last message was."""
+        """Of which moment, contacts and motion, and by which wish, the last message was."""
 
 
 class Pump:
@@ -128,18 +130,24 @@ class Pump:
             page.wish = wish
             self._changed.notify()
 
+    def tell_motion(self, page: Page, told: MotionTold) -> None:
+        """Show a page its robot as it drags it, and the motion that was found."""
+        with self._changed:
+            page.motion = told
+            self._changed.notify()
+
     def _run(self) -> None:
         while (work := self._next()) is not None:
             moment, pages = work
-            for page, wish in pages:
-                self._make(page, wish, moment)
+            for page, wish, motion in pages:
+                self._make(page, wish, motion, moment)
             # Not to be kept alive until the next one comes.
             del work, moment
 
-    def _make(self, page: Page, wish: Wish, moment: Moment) -> None:
+    def _make(self, page: Page, wish: Wish, motion: MotionTold, moment: Moment) -> None:
         begin = time.perf_counter()
         try:
-            told = page.cursor.told(moment, wish, self._drawing)
+            told = page.cursor.told(moment, wish, self._drawing, motion)
         except Exception as error:  # noqa: BLE001 - it never costs anything else
             page.cursor = Cursor()
             self._failed_version = moment.scene_version
@@ -151,7 +159,7 @@ class Pump:
         self.bytes += sum(map(len, told.blocks))
         page.deliver(told)
 
-    def _next(self) -> tuple[Moment, list[tuple[Page, Wish]]] | None:
+    def _next(self) -> tuple[Moment, list[tuple[Page, Wish, MotionTold]]] | None:
         """Wait until a page is to be told of a moment, and it is time; None at the end."""
         with self._changed:
             while not self._is_stopped:
@@ -171,13 +179,14 @@ class Pump:
                 self._due = (now if is_late else self._due) + self._period
                 for page in pages:
                     page.is_ready, page.seen = False, _sight(page, moment)
-                return moment, [(page, page.wish) for page in pages]
+                return moment, [(page, page.wish, page.motion) for page in pages]
             return None
 
 
 def _sight(page: Page, moment: Moment) -> tuple[Any, ...]:
     late = moment.contact_sequence, moment.slider_sequence, moment.troubles
-    return moment.sequence, *late, page.wish
+    # Blocks of a motion by their identity: one of the same content is the same to the page.
+    return moment.sequence, *late, page.wish, *map(id, page.motion)
 
 
 def _is_due(page: Page, moment: Moment) -> bool:

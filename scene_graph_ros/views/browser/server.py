@@ -30,6 +30,8 @@ from scene_graph_ros.views.browser.foxglove import RequestError, SUBPROTOCOLS
 from scene_graph_ros.views.browser.foxglove_talk import pace_of_files, talk_foxglove
 from scene_graph_ros.views.browser.gate import Gate
 from scene_graph_ros.views.browser.listener import listen
+from scene_graph_ros.views.browser.motion_requests import MotionRequest
+from scene_graph_ros.views.browser.motions import MotionTold, PageMotion
 from scene_graph_ros.views.browser.pump import Page, Pump
 from scene_graph_ros.views.browser.waiting import Load
 from scene_graph_ros.views.browser.wishes import Move, parse_wish, Wish, WishError
@@ -41,7 +43,7 @@ MAX_PAGES = 16
 """Pages and other clients at a time; more are answered that there are too many."""
 
 _MAX_WISH_BYTES = 1024
-_MAX_WISHES_PER_SECOND = 20.0
+_MAX_WISHES_PER_SECOND = 40.0
 """A page has little to say. One that says more is cut off."""
 
 _MAX_REQUEST_BYTES = 1 << 15
@@ -77,6 +79,7 @@ class BrowserView:
         cannot_show: Callable[[int, Exception], None] = lambda geometry_id, error: None,
         refused_origin: Callable[[str], None] = lambda origin: None,
         moved: Callable[[Move], None] | None = None,
+        motions: Callable[[Callable[[MotionTold], None]], PageMotion] | None = None,
         no_handles: Callable[[OSError], None] = lambda error: None,
     ) -> None:
         """Listen on a port of an address, 0 for a free one; raises OSError where that can't be.
@@ -85,12 +88,14 @@ class BrowserView:
         moment is to be offered, ``failed`` with the error, ``cannot_show`` with the id of a
         geometry that is left out and why, ``refused_origin`` with that of a refused page: in
         threads of the view. Pages of other ``origins`` may connect, too. ``moved`` is called with
-        joints that pages move; without it they may not. ``no_handles`` is told where the system
-        has no file handle for one more connection, each second.
+        joints that pages move, ``motions`` with a page's listener before its first request about
+        a tool; without them they may not. ``no_handles`` is told where the system has no file
+        handle for one more connection, each second.
         """
         self._gate = Gate(host, token, origins, refused_origin)
         self._channels = Channels("", str) if channels is None else channels
         self._wanted, self._failed, self._moved = wanted, failed, moved
+        self._motions = motions
         self._listener = listen(host, port)
         self._listener.no_handles = no_handles
         self._pace = pace_of_files()
@@ -276,9 +281,13 @@ class BrowserView:
         page = Page(deliver)
         self._pump.add(page)
         self._wanted()
+        motion = _LateMotion(self._motions, lambda told: self._pump.tell_motion(page, told))
         try:
-            await until_first(self._send(connection, page, outbox), self._listen(connection, page))
+            await until_first(
+                self._send(connection, page, outbox), self._listen(connection, page, motion)
+            )
         finally:
+            motion.close()
             self._pump.remove(page)
             waiting.end(page)
 
@@ -290,7 +299,7 @@ class BrowserView:
             self._channels.waiting.end(page)
             self._pump.sent(page)
 
-    async def _listen(self, connection: ServerConnection, page: Page) -> None:
+    async def _listen(self, connection: ServerConnection, page: Page, motion: _LateMotion) -> None:
         allowance = Allowance(_MAX_WISHES_PER_SECOND)
         async for message in connection:
             if allowance.is_used_up():
@@ -301,10 +310,37 @@ class BrowserView:
             if isinstance(wish, Wish):
                 self._pump.wish(page, wish)
                 self._wanted()
-            elif self._moved is None:
-                raise WishError("joints can't be moved here")
-            else:
+            elif isinstance(wish, Move):
+                if self._moved is None:
+                    raise WishError("joints can't be moved here")
                 self._moved(wish)
+            else:
+                motion.ask(wish)
+
+
+class _LateMotion:
+    """A page's session with robots, made when it first asks for something."""
+
+    def __init__(
+        self,
+        make: Callable[[Callable[[MotionTold], None]], PageMotion] | None,
+        tell: Callable[[MotionTold], None],
+    ) -> None:
+        self._make, self._tell = make, tell
+        self._motion: PageMotion | None = None
+
+    def ask(self, request: MotionRequest) -> None:
+        """Hand a request on. Raises WishError where pages may not ask for motions."""
+        if self._make is None:
+            raise WishError("robots can't be moved here")
+        if self._motion is None:
+            self._motion = self._make(self._tell)
+        self._motion.ask(request)
+
+    def close(self) -> None:
+        """End it, if there is one."""
+        if self._motion is not None:
+            self._motion.close()
 
 
 def _choose(_: Any, offered: Sequence[str]) -> Subprotocol | None:

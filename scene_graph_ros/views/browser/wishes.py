@@ -1,13 +1,14 @@
-"""Requests of a page: its choice of things to show, or a joint's motion. All else is rubbish."""
+"""Requests of a page: its choice of things to show, a joint's motion, or a tool's."""
 
 from __future__ import annotations
 
 import json
-import math
 from typing import NamedTuple
 
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.views.browser.motion_requests import motion_request, MotionRequest
+from scene_graph_ros.views.browser.wish_error import number_of, WishError
 
 __all__ = ["SHOWN_ROLES", "Move", "Wish", "WishError", "parse_wish"]
 
@@ -15,10 +16,6 @@ SHOWN_ROLES = (Role.ILLUSTRATION, Role.PROXIMITY, Role.PERCEPTION)
 """In the order in which one of them is chosen for a page that leaves it to us."""
 
 _BY_NAME = {role.name.lower(): role for role in SHOWN_ROLES}
-
-
-class WishError(ValueError):
-    """A message of a page that is none."""
 
 
 class Wish(NamedTuple):
@@ -40,17 +37,20 @@ class Move(NamedTuple):
     """In rad or m, finite."""
 
 
-def parse_wish(text: str) -> Wish | Move:
+def parse_wish(text: str) -> Wish | Move | MotionRequest:
     """Return the request in a page's message.
 
     ``{"roles": ["illustration"] or null, "contacts": true, "camera": ""}`` or ``{"robot": "arm",
-    "joint": "elbow", "position": 0.5}``. Raises WishError for anything else.
+    "joint": "elbow", "position": 0.5}`` or as of `motion_request`. Raises WishError for anything
+    else.
     """
     try:
         content = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise WishError(f"{quoted(text)} is no JSON") from error
-    fields = content.keys() if isinstance(content, dict) else None
+    fields = content.keys() if isinstance(content, dict) else set()
+    if "motion" in fields:
+        return motion_request(content)
     if fields == set(Move._fields):
         return _move(*(content[field] for field in Move._fields))
     if fields == set(Wish._fields):
@@ -61,17 +61,7 @@ def parse_wish(text: str) -> Wish | Move:
 def _move(robot: object, joint: object, position: object) -> Move:
     if not isinstance(robot, str) or not isinstance(joint, str):
         raise WishError(f"robot and joint are no names: {quoted(robot)}, {quoted(joint)}")
-    is_number = isinstance(position, (int, float)) and not isinstance(position, bool)
-    if not is_number or not math.isfinite(value := _as_float(position)):
-        raise WishError(f"position is no finite number: {quoted(position)}")
-    return Move(robot, joint, value)
-
-
-def _as_float(number: object) -> float:
-    try:
-        return float(number)  # type: ignore[arg-type]
-    except OverflowError:
-        return math.inf
+    return Move(robot, joint, number_of(position, "position"))
 
 
 def _wish(roles: object, contacts: object, camera: object) -> Wish:

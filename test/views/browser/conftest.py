@@ -18,6 +18,7 @@ from scene_graph_ros.geometry import (
     SceneGraph,
 )
 from scene_graph_ros.geometry.query.query_object import QueryObject
+from scene_graph_ros.views.draggable import DraggableRobot
 from scene_graph_ros.views.moment import Contacts, Trouble
 from scene_graph_ros.views.sliders import Slider, SliderState
 
@@ -36,6 +37,7 @@ class StageMoment:
     slid: SliderState = field(default_factory=SliderState)
     slider_sequence: int = 0
     troubles: tuple[Trouble, ...] = ()
+    draggable: tuple[DraggableRobot, ...] = ()
 
     def slider_state(self):
         """Return where the joints are."""
@@ -82,6 +84,7 @@ class Stage:
         self.slid = SliderState()
         self._slides = 0
         self.troubles: tuple[Trouble, ...] = ()
+        self.draggable: tuple[DraggableRobot, ...] = ()
 
     def slide(self, *positions, refused=None):
         """Have joints be somewhere."""
@@ -160,7 +163,7 @@ class Stage:
         query = self.graph.query_object(context).bake()
         stamp = 10**9 * self._sequence
         joints = self.sliders, self.slid, self._slides
-        shown = self.pressed, dict(self.pictures), *joints, self.troubles
+        shown = self.pressed, dict(self.pictures), *joints, self.troubles, self.draggable
         return StageMoment(query, self._version, self._sequence, stamp, *shown)
 
 

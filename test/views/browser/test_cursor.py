@@ -6,8 +6,10 @@ from types import SimpleNamespace
 
 from browser_page import (
     MESH,
+    MOTION,
     PageClient,
     PICTURE,
+    PLAN,
     POSES,
     read_blocks,
     SCENE,
@@ -30,8 +32,10 @@ from scene_graph_ros.geometry import (
     Role,
     Sphere,
 )
+from scene_graph_ros.views.browser.blocks import motion_block, plan_block
 from scene_graph_ros.views.browser.cursor import Cursor
 from scene_graph_ros.views.browser.drawing import Drawing
+from scene_graph_ros.views.browser.motions import MotionTold
 from scene_graph_ros.views.browser.wishes import Wish
 
 CORNERS = np.vstack([np.zeros(3), np.eye(3)])
@@ -322,3 +326,31 @@ def test_a_picture_is_told_to_those_who_ask_when_it_is_another(stage, page, draw
     assert page.picture == b"another"
     assert PICTURE not in page.see(stage.moment())
     assert page.see(stage.moment(), other)[-1] == PICTURE
+
+
+def test_a_motion_is_told_once_to_its_page(stage, drawing):
+    """A ghost, then a plan beside the same ghost; numbers arrive as they were, in any count."""
+    stage.add("ball", Sphere(0.5))
+    X = np.tile(np.eye(4), (3, 2, 1, 1))
+    X[:, :, :3, 3] = np.arange(18).reshape(3, 2, 3)
+    X[1, 0, :3, :3] = [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]
+    held = motion_block({"number": 1}, np.array([7, 2**40]), X[0])
+    plan = plan_block({"plan": 1, "times": [0.0, 0.5, 1.0]}, np.array([7, 2**40]), X)
+    cursor, page = Cursor(), Reader(drawing)
+    for told, kinds in (
+        (MotionTold(), []),
+        (MotionTold(held), [MOTION]),
+        (MotionTold(held), []),
+        (MotionTold(held, plan), [PLAN]),
+        (MotionTold(motion_block({"held": None}), plan), [MOTION]),
+    ):
+        message = b"".join(cursor.told(stage.moment(), Wish(), drawing, told).blocks)
+        page.learn(message)
+        found = [kind for kind, _ in read_blocks(message)]
+        assert [kind for kind in found if kind in (MOTION, PLAN)] == kinds
+    assert page.motion == {"held": None} and page.ghost == {}
+    assert page.plan == {"plan": 1, "times": [0.0, 0.5, 1.0]}
+    positions, rotations = page.played[2**40]
+    np.testing.assert_array_equal(positions, X[:, 1, :3, 3])
+    np.testing.assert_allclose(page.played[7][1][1], [0.0, 0.0, 0.5**0.5, 0.5**0.5], atol=1e-7)
+    np.testing.assert_allclose(rotations, np.tile([0.0, 0.0, 0.0, 1.0], (3, 1)), atol=1e-7)

@@ -1,7 +1,8 @@
 // Reads the messages that ../blocks.py writes: blocks, whose numbers are read where they are.
 
 const TIME = 1, SCENE = 2, MESH = 3, POSES = 4, VERTICES = 5, CONTACTS = 6,
-  SURFACES = 7, PICTURE = 8, SLIDERS = 9, TROUBLES = 10, TEXTURE = 11;
+  SURFACES = 7, PICTURE = 8, SLIDERS = 9, TROUBLES = 10, TEXTURE = 11,
+  MOTION = 12, PLAN = 13;
 const text = new TextDecoder();
 
 // Takes arrays one after another.
@@ -14,6 +15,16 @@ class Reader {
     return result;
   }
 }
+
+// Reads where bodies are at some moments, and JSON that goes with it.
+const moving = (kind) => (reader, length) => {
+  const end = reader.place + length, [bodies, moments] = reader.take(Uint32Array, 2);
+  const geometries = reader.take(Float64Array, bodies);
+  const positions = reader.take(Float64Array, 3 * bodies * moments);
+  const rotations = reader.take(Float32Array, 4 * bodies * moments);
+  const content = JSON.parse(text.decode(reader.take(Uint8Array, end - reader.place)));
+  return { kind, geometries, moments, positions, rotations, ...content };
+};
 
 const READERS = {
   [TIME](reader) {
@@ -63,6 +74,8 @@ const READERS = {
     const [count] = reader.take(Uint32Array, 2);
     return { kind: "picture", file: reader.take(Uint8Array, count) };
   },
+  [MOTION]: moving("motion"),
+  [PLAN]: moving("plan"),
   [TROUBLES](reader, length) {
     return { kind: "troubles", rows: JSON.parse(text.decode(reader.take(Uint8Array, length))) };
   },

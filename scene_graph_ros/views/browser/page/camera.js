@@ -10,17 +10,26 @@ const CLICK = 4;  // pixels: a press that moves no farther is no drag
 const apart = (one, two) => Math.hypot(one.clientX - two.clientX, one.clientY - two.clientY);
 
 export class Camera {
-  // onClick gets the event of a press that was no drag.
-  constructor(canvas, onChange, onClick) {
+  // onClick gets the event of a press that was no drag. onGrab gets that of a press, and returns
+  // {drag, end} where something is dragged by it, not the camera; else null.
+  constructor(canvas, onChange, onClick, onGrab = () => null) {
     this.target = [0, 0, 0];
     this.distance = 3;
     this.azimuth = -0.9;
     this.elevation = 0.45;
     this.onChange = onChange;
     this.pointers = new Map();
+    this.grabbed = null;
     canvas.addEventListener("pointerdown", (event) => {
       canvas.setPointerCapture(event.pointerId);
       canvas.focus();
+      if (event.button === 0 && !event.shiftKey && !this.pointers.size && !this.grabbed) {
+        const grabbed = onGrab(event);
+        if (grabbed) {
+          this.grabbed = { id: event.pointerId, ...grabbed };
+          return;
+        }
+      }
       this.pointers.set(event.pointerId, event);
       this.pressed = event.button === 0 && this.pointers.size === 1 ? event : null;
     });
@@ -29,7 +38,12 @@ export class Camera {
       this.pressed = null;
     });
     for (const name of ["pointerup", "pointercancel"]) {
-      canvas.addEventListener(name, (event) => this.pointers.delete(event.pointerId));
+      canvas.addEventListener(name, (event) => {
+        this.pointers.delete(event.pointerId);
+        if (this.grabbed?.id !== event.pointerId) return;
+        this.grabbed.end();
+        this.grabbed = null;
+      });
     }
     canvas.addEventListener("pointermove", (event) => this.drag(event, canvas.clientHeight));
     canvas.addEventListener("contextmenu", (event) => event.preventDefault());
@@ -40,6 +54,7 @@ export class Camera {
   }
 
   drag(event, height) {
+    if (this.grabbed?.id === event.pointerId) this.grabbed.drag(event);
     const before = this.pointers.get(event.pointerId);
     if (!before) return;
     const dx = event.clientX - before.clientX, dy = event.clientY - before.clientY;

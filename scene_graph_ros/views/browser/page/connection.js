@@ -44,5 +44,10 @@ export class Connection {
     this.socket.send(JSON.stringify({ robot, joint, position }));
   }
 
+  // Asks for something about a robot's motion; what can't be said now is not said later.
+  request(motion) {
+    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(motion));
+  }
+
   say() { this.socket.send(JSON.stringify(this.wish)); }
 }

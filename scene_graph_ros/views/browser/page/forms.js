@@ -74,6 +74,26 @@ function cylinder(segments = SEGMENTS) {
   return form.done();
 }
 
+// A ring about z.
+function ring(thickness) {
+  const form = new Form(), rows = [];
+  for (let j = 0; j <= 2 * SEGMENTS; j++) {
+    const angle = Math.PI * j / SEGMENTS, out = [Math.cos(angle), Math.sin(angle)], row = [];
+    for (let k = 0; k <= FEW_SEGMENTS; k++) {
+      const turn = 2 * Math.PI * k / FEW_SEGMENTS, [flat, high] = [Math.cos(turn), Math.sin(turn)];
+      const normal = [flat * out[0], flat * out[1], high];
+      const place = [out[0] + thickness * normal[0], out[1] + thickness * normal[1], thickness * high];
+      row.push(form.vertex(place, 0, normal));
+    }
+    rows.push(row);
+  }
+  for (let j = 1; j < rows.length; j++) {
+    const [one, two] = [rows[j - 1], rows[j]];
+    for (let k = 0; k < FEW_SEGMENTS; k++) form.quad(one[k], two[k], two[k + 1], one[k + 1]);
+  }
+  return form.done();
+}
+
 // A mesh as it came, each triangle with corners of its own, and a colour where there is paint: its
 // four bytes in one integer. What is covered has parts of one texture each. Without normals of the
 // corners a triangle is flat.
@@ -110,6 +130,7 @@ function partsOf(textures) {
 }
 
 export const FORMS = { ellipsoid: ball(false), capsule: ball(true), box: box(), cylinder: cylinder(),
+  ring: ring(0.02), "wide ring": ring(0.08),
   "small ellipsoid": ball(false, FEW_SEGMENTS, FEW_RINGS),
   "small capsule": ball(true, FEW_SEGMENTS, FEW_RINGS), "small cylinder": cylinder(FEW_SEGMENTS) };
 

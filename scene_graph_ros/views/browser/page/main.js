@@ -3,6 +3,7 @@
 import { Camera } from "./camera.js";
 import { Connection } from "./connection.js";
 import { Joints } from "./joints.js";
+import { Motion } from "./motion.js";
 import { Picture } from "./picture.js";
 import { Recording } from "./recording.js";
 import { Renderer } from "./renderer.js";
@@ -29,7 +30,9 @@ class Rate {
 
 const renderer = new Renderer($("#view"));
 const world = new World(renderer);
-const camera = new Camera($("#view"), redraw, select);
+const motion = new Motion($("#motion"), { canvas: $("#view"), renderer,
+  onAsk: (request) => connection.request(request), onChange: redraw });
+const camera = new Camera($("#view"), redraw, select, (event) => motion.grab(event, camera));
 const selection = new Selection($("#selection"), world);
 const tree = new Tree($("#tree"), redraw);
 let isDue = false, isFitted = false, pictures = 0;
@@ -45,17 +48,21 @@ function draw() {
   isDue = false;
   pictures += 1;
   const background = root.dataset.theme === "light" ? [0.953, 0.957, 0.965] : [0.078, 0.09, 0.11];
-  renderer.draw(camera, world.picture(camera.view(1).eye), background);
+  const { eye } = camera.view(1);
+  renderer.draw(camera, motion.dress(world.picture(eye), eye), background);
   document.body.dataset.pictures = pictures;
 }
 
-function select(event) {
+// Returns what is seen at the place of an event, null for nothing.
+function itemAt(event) {
   const ratio = $("#view").width / $("#view").clientWidth;
   const { bodies } = world.picture(camera.view(1).eye);
   const found = renderer.bodyAt(camera, bodies, ratio * event.offsetX, ratio * event.offsetY);
-  selection.select(found < 0 ? null : bodies[found].number);
   redraw();
+  return found < 0 ? null : bodies[found];
 }
+
+function select(event) { selection.select(itemAt(event)?.number ?? null); }
 
 // Lists what the node's diagnostics say that is not as it should be.
 function showTroubles(rows) {
@@ -75,6 +82,7 @@ function take(blocks) {
     tree.show(items);
     picture.list(world.cameras);
     joints.list(world.sliders);
+    motion.list(world.draggable);
     document.body.dataset.items = items.length;
     for (const box of document.querySelectorAll("[data-role]")) {
       box.checked = world.roles.includes(box.dataset.role);
@@ -83,6 +91,9 @@ function take(blocks) {
   }
   blocks.filter((block) => block.kind === "picture").forEach((block) => picture.take(block.file));
   blocks.filter((block) => block.kind === "sliders").forEach((block) => joints.take(block));
+  if (blocks.some((block) => block.begins)) motion.forget();
+  blocks.filter((block) => block.kind === "motion").forEach((block) => motion.take(block));
+  blocks.filter((block) => block.kind === "plan").forEach((block) => motion.takePlan(block));
   if (blocks.some((block) => block.begins)) showTroubles([]);
   blocks.filter((block) => block.kind === "troubles").forEach((block) => showTroubles(block.rows));
   if (!isFitted && world.bounds()) {
@@ -134,8 +145,13 @@ $("#theme").addEventListener("click", () => {
 });
 root.dataset.theme = matchMedia("(prefers-color-scheme: light)").matches ? "light" : "dark";
 window.addEventListener("resize", redraw);
+$("#view").addEventListener("dblclick", (event) => {
+  const item = itemAt(event);
+  if (item) motion.holdItem(item);
+});
 window.addEventListener("keydown", (event) => {
-  if (event.target.tagName === "INPUT") return;
+  if (["INPUT", "SELECT"].includes(event.target.tagName)) return;
+  if (motion.press(event)) event.preventDefault();
   if (event.key === "f") fit();
   if (event.key === "Escape") selection.select(null);
   redraw();

@@ -159,10 +159,10 @@ export class Renderer {
     if (texture) gl.bindTexture(gl.TEXTURE_2D, texture);
   }
 
-  // Draws bodies {batch, position, rotation, stretch, color, sheer}, planes {position, rotation,
-  // color, texture, repeats} and, seen through all of these, surfaces
-  // {origin, corners, pressures, scale} and marks, which are bodies.
-  draw(camera, { bodies, planes, marks, surfaces }, background) {
+  // Draws bodies {batch, position, rotation, stretch, color, sheer}, plain ones in their own colour
+  // alone, planes {position, rotation, color, texture, repeats} and, seen through all of these,
+  // surfaces {origin, corners, pressures, scale} and marks, which are bodies.
+  draw(camera, { bodies, plain = [], planes, marks, surfaces }, background) {
     const { gl, canvas } = this;
     const ratio = window.devicePixelRatio || 1;
     const [width, height] = [canvas.clientWidth, canvas.clientHeight].map((n) => Math.round(ratio * n));
@@ -176,6 +176,7 @@ export class Renderer {
     gl.disable(gl.BLEND);
     const isWhole = (body) => body.color[3] >= 1 && !body.sheer;
     this.drawBodies(view, bodies.filter(isWhole));
+    this.drawPlain(view, plain.filter(isWhole));
     gl.enable(gl.BLEND);
     gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     gl.depthMask(false);
@@ -185,11 +186,20 @@ export class Renderer {
     for (const hidden of [gl.FRONT, gl.BACK]) {
       gl.cullFace(hidden);
       this.drawBodies(view, veils);
+      this.drawPlain(view, plain.filter((body) => !isWhole(body)));
     }
     gl.disable(gl.CULL_FACE);
     gl.disable(gl.DEPTH_TEST);
     if (surfaces?.count) this.drawSurfaces(view, surfaces);
     this.drawBodies(view, marks);
+  }
+
+  drawPlain(view, bodies) {
+    const { gl } = this, { program, uniforms } = this.body;
+    gl.useProgram(program);
+    gl.uniform1i(uniforms.u_plain, 1);
+    this.drawBodies(view, bodies);
+    gl.uniform1i(uniforms.u_plain, 0);
   }
 
   drawSurfaces(view, { count, scale, origin, corners, pressures }) {

@@ -30,11 +30,12 @@ export const BODY = {
       v_cover = a_cover;
       gl_Position = u_matrix * vec4(v_place, 1.0);
     }`,
-  // Paint shows through the body's own color, which is black for what is not chosen.
+  // Paint shows through the body's own color, which is black for what is not chosen; what is plain
+  // has its own color alone.
   // Light from above and from the eye; both sides of a triangle are lit. Rows of textures are counted
   // from above.
   fragment: `${HEAD}
-    uniform bool u_covered;
+    uniform bool u_covered, u_plain;
     uniform sampler2D u_texture;
     in vec3 v_normal;
     in vec3 v_place;
@@ -46,6 +47,10 @@ export const BODY = {
       vec4 paint = vec4(v_paint.rgb, 1.0);
       if (u_covered) paint *= texture(u_texture, vec2(v_cover.x, 1.0 - v_cover.y));
       vec3 own = mix(v_color.rgb, paint.rgb + (1.0 - paint.rgb) * v_color.rgb, v_paint.a);
+      if (u_plain) {
+        own = v_color.rgb;
+        paint.a = 1.0;
+      }
       vec3 view = -normalize(v_place);
       vec3 n = normalize(v_normal);
       n = dot(n, view) < 0.0 ? -n : n;

@@ -4,6 +4,7 @@
 export const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 export const minus = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
 export const plus = (a, b, scale = 1) => a.map((value, k) => value + scale * b[k]);
+export const times = (a, scale) => a.map((value) => scale * value);
 export const cross = (a, b) =>
   [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 export const unit = (a) => a.map((value) => value / (Math.hypot(...a) || 1));
@@ -12,6 +13,13 @@ export const unit = (a) => a.map((value) => value / (Math.hypot(...a) || 1));
 export function turn([x, y, z, w], v) {
   const t = cross([x, y, z], v).map((value) => 2 * value);
   return plus(plus(v, t, w), cross([x, y, z], t));
+}
+
+// Returns the quaternion after turning further, about a unit axis by an angle.
+export function about(axis, angle, [x, y, z, w]) {
+  const [a, b, c] = times(axis, Math.sin(angle / 2)), d = Math.cos(angle / 2);
+  return unit([d * x + a * w + b * z - c * y, d * y + b * w + c * x - a * z,
+    d * z + c * w + a * y - b * x, d * w - a * x - b * y - c * z]);
 }
 
 // Returns the quaternion that turns z to the unit vector n.

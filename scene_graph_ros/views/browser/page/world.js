@@ -49,11 +49,12 @@ export class World {
     this.textures.clear();
   }
 
-  takeScene({ roles, counts, cameras, sliders, appeared, vanished, meshes_gone: gone,
+  takeScene({ roles, counts, cameras, sliders, draggable, appeared, vanished, meshes_gone: gone,
     textures_gone: stale }) {
     this.roles = roles;
     this.cameras = cameras;
     this.sliders = sliders;
+    this.draggable = draggable;
     this.counts = counts;
     vanished.forEach((number) => this.items.delete(number));
     for (const entry of appeared) {

@@ -12,8 +12,8 @@ from scene_graph_msgs.action import PlanPath
 from scene_graph_msgs.msg import RobotConfigurations
 from scene_graph_ros.geometry import SceneGraph
 from scene_graph_ros.geometry.errors import UnknownIdError
-from scene_graph_ros.node.services.reported_joints import require_reported
 from scene_graph_ros.node.world.inputs import message_type
+from scene_graph_ros.node.world.reported_joints import require_reported
 from scene_graph_ros.node.world.scenes import SceneLoader
 from scene_graph_ros.node.world.world import World
 
