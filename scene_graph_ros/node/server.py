@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 import time
 import traceback
 from typing import Any, TYPE_CHECKING
@@ -17,7 +16,7 @@ from scene_graph_ros.node.diagnostics_topic import DiagnosticsTopic, Watched
 from scene_graph_ros.node.effects.answer_thread import Found
 from scene_graph_ros.node.effects.declarations import EFFECT_NAMES
 from scene_graph_ros.node.effects.manager import Effects
-from scene_graph_ros.node.recording.on_demand import RecordingOnDemand
+from scene_graph_ros.node.recording_on_demand import RecordingOnDemand
 from scene_graph_ros.node.resolved_topics import ResolvedTopics
 from scene_graph_ros.node.runtime.declare import NodeParameters
 from scene_graph_ros.node.runtime.guarded import GuardedNode
@@ -282,7 +281,10 @@ class Server:
             loop,
             replies,
             PlanHooks(
-                text, self.plan_found, partial(effects.record, "planning"), self.lack_of_kernels
+                text,
+                self.plan_found,
+                lambda seconds: effects.record("planning", seconds),
+                self.lack_of_kernels,
             ),
             parameter=parameter,
         )
