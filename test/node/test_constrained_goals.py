@@ -114,17 +114,19 @@ def test_a_cup_is_carried_upright(action, planner):
         assert math.acos(np.clip(cosine, -1.0, 1.0)) <= 2.5 + 1e-7
 
 
-def test_what_violates_a_constraint_is_told(action):
+@pytest.mark.parametrize("planner", ["", "fastest", "straight"])
+def test_what_violates_a_constraint_is_told(action, planner):
     """The start, tilted by 0.4 rad; the goal, below the height that is asked for."""
     tilted = [*START[:5], START[5] + 0.4, START[6]]
-    result, status = sent(action, above(0.5), upright(0.05), start=tilted).end()
+    constraints = (above(0.5), upright(0.05))
+    result, status = sent(action, *constraints, start=tilted, planner=planner).end()
     assert result.failure == PlanPath.Result.START_VIOLATES_CONSTRAINT
     assert status == GoalStatus.STATUS_ABORTED
     assert (
         "constraint 1 (AngleBetweenVectorsConstraint on 'panda/panda_hand'): the angle in the"
         " world must be from 0 to 0.05 rad, and is 0.4" in result.reason
     )
-    result, _ = sent(action, above(0.7)).end()
+    result, _ = sent(action, above(0.7), planner=planner).end()
     assert result.failure == PlanPath.Result.GOAL_VIOLATES_CONSTRAINT, result.reason
     assert "z of its point in the box must be from 0.7 to inf m" in result.reason
 

@@ -50,6 +50,7 @@ _FAILURES = {
     StraightFailure.TIMEOUT: _R.TIMEOUT,
     StraightFailure.TIMING: _R.NOT_TIMED,
     StraightFailure.CONSTRAINT: _R.GOAL_VIOLATES_CONSTRAINT,
+    StraightFailure.START_VIOLATES_CONSTRAINT: _R.START_VIOLATES_CONSTRAINT,
 }
 
 

@@ -33,6 +33,8 @@ class StraightFailure(enum.Enum):
     """It is all there, but was not timed."""
     CONSTRAINT = 8
     """The next edge is not proven to hold a constraint."""
+    START_VIOLATES_CONSTRAINT = 9
+    """The start violates a constraint."""
 
 
 @one_line()

@@ -95,10 +95,12 @@ def plan_straight(
     q, poses = first_configurations(tree, start, name="start"), as_poses(X_WTs, "X_WTs")
     held = HeldConstraints(tree, constraints)
     (trouble,) = find_troubles(checker, q, checker.tolerance, new_stop(), moves=moves)
-    fault = trouble.words if trouble is not None else held.describe_excess(q[0])
-    if fault is not None:
-        words = f"the start {fault}"
-        return _plan(q, [0.0], (0.0, 0.0), 0.0, (StraightFailure.START, words))
+    excess = held.describe_excess(q[0])
+    if trouble is not None or excess is not None:
+        words, why = f"the start {excess}", StraightFailure.START_VIOLATES_CONSTRAINT
+        if trouble is not None:
+            words, why = f"the start {trouble.words}", StraightFailure.START
+        return _plan(q, [0.0], (0.0, 0.0), 0.0, (why, words))
     search = pose_search(tree, link, X, moves, q[0], tries=1, seed=0)
     first = tree.link_poses(q, [link])[0, 0] @ X
     way = ToolWay(np.concatenate([first[np.newaxis], poses]), search.chain.unit,

@@ -268,7 +268,8 @@ def test_straight_motions_end_at_a_constraint(cell):
     assert ends.max() <= most + 1e-9
     outside = PositionConstraint(HAND, [-9.0] * 3, [9.0, X_1[1, 3] - 0.1, 9.0])
     way = plan_straight(cell, START, [X_2], HAND, group="arm", constraints=[outside])
-    assert way.failure is StraightFailure.START and "violates constraint 0" in way.reason
+    assert way.failure is StraightFailure.START_VIOLATES_CONSTRAINT
+    assert "violates constraint 0" in way.reason
     wide = PositionConstraint(HAND, [-9.0] * 3, [9.0] * 3)
     assert plan_straight(cell, START, [X_2], HAND, group="arm", constraints=[wide]).is_success
 
