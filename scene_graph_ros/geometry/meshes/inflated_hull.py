@@ -62,5 +62,15 @@ def _moved(hull: Hull, margin: float, shape: Any) -> NDArray[np.float64]:
     polar = convex_hull(hull.normals * (size / reach)[:, np.newaxis])
     facets = triangles_of_hull(polar)
     normals = polar.vertices[facets]
-    corners = np.linalg.solve(normals, np.ones((len(facets), 3, 1)))[:, :, 0]
+    corners = _solved(normals, np.ones((len(facets), 3)))
+    # A step of refinement makes up for the rounding of Cramer's rule.
+    corners += _solved(normals, 1.0 - (normals * corners[:, np.newaxis]).sum(axis=2))
     return np.asarray(convex_hull(centre + size * corners).vertices)
+
+
+def _solved(rows: NDArray[np.float64], sides: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return x ``(m, 3)`` with ``rows @ x = sides``, of ``(m, 3, 3)`` and ``(m, 3)``."""
+    others = np.cross(rows[:, [1, 2, 0]], rows[:, [2, 0, 1]])
+    determinants = (rows[:, 0] * others[:, 0]).sum(axis=1)
+    x: NDArray[np.float64] = (sides[:, :, np.newaxis] * others).sum(axis=1)
+    return x / determinants[:, np.newaxis]

@@ -189,7 +189,8 @@ def _spread(normals: NDArray[np.float64]) -> NDArray[np.int64]:
     rows = np.arange(len(normals))
     signs = normals > 0.0
     steep = np.abs(normals) > 0.5 * np.abs(normals[rows, largest])[:, np.newaxis]
-    cells = largest * 64 + signs @ [1, 2, 4] + 8 * (steep @ [1, 2, 4])
+    bits = np.array([1, 2, 4])
+    cells = largest * 64 + (signs * bits).sum(axis=1) + 8 * (steep * bits).sum(axis=1)
     order = np.argsort(cells, kind="stable")
     first = np.searchsorted(cells[order], cells[order])
     rank = np.empty_like(rows)
