@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from functools import partial
 import time
 from typing import Any
@@ -45,7 +45,7 @@ class QueryAnswers:
         def answer(request: Any, respond: Respond) -> None:
             response = self._replies.empty(name)
             try:
-                scope = self._scope(request)
+                scope = self._scope(name, request)
                 requirement = self._unmet_requirement(scope)
                 if requirement is not None and not self._waiting.can_wait(requirement):
                     raise _stale(requirement, scope.snapshot)
@@ -60,9 +60,16 @@ class QueryAnswers:
 
         return answer
 
-    def _scope(self, request: Any) -> QueryScope:
-        """Return the base of an answer now. Raises the errors of ``options_from_msg``."""
+    def _scope(self, name: str, request: Any) -> QueryScope:
+        """Return the base of an answer now. Raises the errors of ``options_from_msg``.
+
+        And UnavailableError for groups of kernels that are not ready; they are compiled.
+        """
         scope = self._scope_now()
+        groups = QUERIES[name].kernel_groups(scope.snapshot)
+        lacks = [self._lack_of_kernels(group) for group in groups]
+        if any(lacks):
+            raise UnavailableError(f"not yet: {'; '.join(filter(None, lacks))}")
         scope.read_options(request)
         return scope
 
@@ -78,7 +85,7 @@ class QueryAnswers:
     def _answer_later(self, name: str, request: Any) -> Any:
         """Return the response to a request that has waited: its names are those of by now."""
         try:
-            scope = self._scope(request)
+            scope = self._scope(name, request)
             requirement = self._unmet_requirement(scope)
             if requirement is not None:
                 raise _stale(requirement, scope.snapshot)
@@ -89,7 +96,6 @@ class QueryAnswers:
     def _answer(self, name: str, request: Any, response: Any, scope: QueryScope) -> Any:
         query = QUERIES[name]
         try:
-            self._require_kernels(query.kernel_groups(scope.snapshot))
             begin = time.perf_counter()
             query.handler(request, response, scope)
             self._replies.finish(response, scope.snapshot)
@@ -101,12 +107,6 @@ class QueryAnswers:
 
     def _refuse(self, name: str, error: Exception) -> Any:
         return self._replies.refuse(name, self._replies.empty(name), error)
-
-    def _require_kernels(self, groups: Iterable[str]) -> None:
-        """Raise UnavailableError for groups of kernels that are not ready; they are compiled."""
-        lacks = [self._lack_of_kernels(group) for group in groups]
-        if any(lacks):
-            raise UnavailableError(f"not yet: {'; '.join(filter(None, lacks))}")
 
     def _unmet_requirement(self, scope: QueryScope) -> PoseRequirement | None:
         """Return the requirement that a request waits for, None where it is met."""
