@@ -16,7 +16,7 @@ from scene_graph_ros.node.diagnostics_topic import DiagnosticsTopic, Watched
 from scene_graph_ros.node.effects.answer_thread import Found
 from scene_graph_ros.node.effects.declarations import EFFECT_NAMES
 from scene_graph_ros.node.effects.manager import Effects
-from scene_graph_ros.node.recording_on_demand import RecordingOnDemand
+from scene_graph_ros.node.recorder_on_demand import RecordingOnDemand
 from scene_graph_ros.node.resolved_topics import ResolvedTopics
 from scene_graph_ros.node.runtime.declare import NodeParameters
 from scene_graph_ros.node.runtime.guarded import GuardedNode

@@ -371,6 +371,10 @@ CALLS = {
         lambda w, s: RationalForwardKinematics(w.tree).compute_q_value(s),
         {"s": SOME},
     ),
+    "RationalForwardKinematics.compute_q_jacobian": (
+        lambda w, s: RationalForwardKinematics(w.tree).compute_q_jacobian(s),
+        {"s": SOME},
+    ),
     "ExponentialPlusPiecewisePolynomial.of_matrices": (
         lambda w, K, A, alpha: w.exponential(K, A, alpha).value(0.5),
         {"K": [[1.0, 0], [0, 1]], "A": [[1.0, 0], [0, 2]], "alpha": [[1.0, 2], [3, 4]]},

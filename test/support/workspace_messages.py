@@ -33,7 +33,8 @@ def message_class(package: str, name: str) -> Any:
             pytest.skip(f"{package} is neither installed nor in the test workspace (`make test`)")
         if str(_SITE_PACKAGES) not in sys.path:
             sys.path.append(str(_SITE_PACKAGES))
-        _preload(sorted((_PREFIX / "lib").glob(f"lib{package}__*.so")))
+            # All of them: from now on the product finds the other packages, too.
+            _preload(sorted((_PREFIX / "lib").glob("lib*__*.so")))
     return getattr(importlib.import_module(f"{package}.msg"), name)
 
 

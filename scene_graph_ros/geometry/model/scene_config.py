@@ -64,7 +64,8 @@ class DefaultProximityProperties:
     def __post_init__(self) -> None:
         """Check all values, by the rules of one geometry's."""
         words = [each.value for each in Compliance]
-        if self.compliance_type not in words:
+        given: object = self.compliance_type
+        if not isinstance(given, str) or given not in words:
             raise PropertyValueError(
                 f"compliance_type must be of {', '.join(map(repr, words))}, not"
                 f" {quoted(self.compliance_type)}"

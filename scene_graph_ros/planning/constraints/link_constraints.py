@@ -87,6 +87,7 @@ def _name(what: str, value: object) -> str:
     return value
 
 
+@one_line()
 @dataclass(frozen=True, eq=False)
 class LinkConstraint:
     """A condition on the pose of ``link`` in a ``frame``: another link, or else the world."""

@@ -276,9 +276,9 @@ def test_a_solver_that_loses_its_way_is_asked_to_take_shorter_steps(monkeypatch)
     asked = []
     ask = wall.ask_clarabel
 
-    def lost(form, tolerance, options, what):
+    def lost(form, tolerance, options, what, is_over):
         asked.append(dict(options))
-        found = ask(form, tolerance, options, what)
+        found = ask(form, tolerance, options, what, is_over)
         if "max_step_fraction" in asked[-1]:
             return found
         return found._replace(z=found.z + 1.0, status=Status.UNSURE, word="NumericalError")

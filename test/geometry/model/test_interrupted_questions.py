@@ -85,6 +85,9 @@ QUESTIONS = {
     "bake": lambda w: w.query.bake().compute_point_pair_penetration(),
     "accuracy": lambda w: str(w.query.accuracy),
     "engine": lambda w: str(w.query.engine),
+    "with_unknown_voxels": lambda w: w.query.with_unknown_voxels(
+        is_free=True
+    ).compute_point_pair_penetration(),
     "inspector": lambda w: w.query.inspector().get_collision_candidates(),
     "pose": lambda w: w.query.get_pose_in_world(w.frames["link2"]),
     "pose in parent": lambda w: w.query.get_pose_in_parent(w.frames["link2"]),

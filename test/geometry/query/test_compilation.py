@@ -141,6 +141,7 @@ ASK = {
         lambda q: q.has_collisions(),
         *(lambda q, tier=tier: q.has_collisions(accuracy=tier) for tier in Accuracy),
     ],
+    "with_unknown_voxels": [lambda q: q.with_unknown_voxels(is_free=True).has_collisions()],
     "inspector": [lambda q: q.inspector().get_collision_candidates()],
 }
 

@@ -310,7 +310,7 @@ def test_events_of_other_versions_are_not_replayed(domain, tmp_path):
     request = {"service": "RegisterSource", "id": 10**6, "path": "", "text": "", "request": ""}
     asked = encode("edit", layout="0" * 16, **request, ids=[], rehung={})
     for name, events, reason in (
-        ("old", [encode("begin", version=1, **told)], "has version 1, this replays 3"),
+        ("old", [encode("begin", version=1, **told)], f"has version 1, this replays {VERSION}"),
         (
             "edited",
             [encode("begin", version=VERSION, **told), asked],
