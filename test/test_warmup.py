@@ -98,7 +98,8 @@ def test_no_process_waits_while_there_is_something_to_compile(monkeypatch, tmp_p
     # Only short checks come before it.
     assert done.began[plan, False] == 30.0 + len(GROUPS["main"].checks)
     compiled = [end for (_, is_check), end in done.ended.items() if not is_check]
-    assert done.ended[plan, False] == max(compiled)
+    # But for one of the short ones, which take a second, both end together.
+    assert done.ended[plan, False] >= max(compiled) - 1.0
     # Where the main job's are there, the longest begins first, among as many as on two processors.
     done = pretend(monkeypatch, tmp_path, seconds, 3, ready=["main"])
     assert done.ended[convex, False] == 60.0 == max(done.ended.values())

@@ -344,7 +344,7 @@ def test_properties_that_nothing_reads_are_named(capsys, tmp_path):
         " did you mean 'hydroelastic'?",
         f"{scene}:11: {place}.proximity.material.colour: group 'material' has no property"
         " 'colour'; it has dynamic_friction, hunt_crossley_dissipation, point_contact_stiffness,"
-        " static_friction",
+        " relaxation_time, static_friction",
         f"{scene}:13: {place}.illustration.phong.difuse: group 'phong' has no property 'difuse';"
         " did you mean 'diffuse'?",
     ]
