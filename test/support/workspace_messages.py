@@ -25,16 +25,31 @@ WORKSPACE_VARIABLES = {
 """What a process needs in its environment to find these messages."""
 
 
+class _Asked:
+    """Finds the packages of the test workspace that a test asks for, and no others.
+
+    The product would find another one without its libraries.
+    """
+
+    packages: set[str] = set()  # noqa: RUF012 - of the process
+
+    @classmethod
+    def find_spec(cls, name: str, path: Any = None, target: Any = None) -> Any:
+        """Return where a package is; its modules are found by its own path."""
+        if path is None and name in cls.packages:
+            return importlib.machinery.PathFinder.find_spec(name, [str(_SITE_PACKAGES)])
+        return None
+
+
 def message_class(package: str, name: str) -> Any:
     """Return the class of a message; skip where it is in neither place."""
-    sites = [path for path in sys.path if Path(path) != _SITE_PACKAGES]
-    if importlib.machinery.PathFinder.find_spec(package, sites) is None:
+    if importlib.machinery.PathFinder.find_spec(package) is None:
         if not (_SITE_PACKAGES / package).is_dir():
             pytest.skip(f"{package} is neither installed nor in the test workspace (`make test`)")
-        if str(_SITE_PACKAGES) not in sys.path:
-            sys.path.append(str(_SITE_PACKAGES))
-            # All of them: from now on the product finds the other packages, too.
-            _preload(sorted((_PREFIX / "lib").glob("lib*__*.so")))
+        if _Asked not in sys.meta_path:
+            sys.meta_path.append(_Asked)
+        _Asked.packages.add(package)
+        _preload(sorted((_PREFIX / "lib").glob(f"lib{package}__*.so")))
     return getattr(importlib.import_module(f"{package}.msg"), name)
 
 
