@@ -70,11 +70,11 @@ class Layout:
         self.size = fields[-1].end if fields else HEADER
 
     def begins(self, path: str) -> list[int]:
-        """Return where the fields with a path begin, one of each element of a sequence."""
+        """Return the beginnings of the fields with a path, one of each element of a sequence."""
         return [field.begin for field in self.fields if field.path == path]
 
     def begin(self, path: str) -> int:
-        """Return where the only field with a path begins. Raises ValueError for none or many."""
+        """Return the beginning of the only field with a path; ValueError for none or many."""
         (begin,) = self.begins(path)
         return begin
 
@@ -93,7 +93,7 @@ class Layout:
 
 
 def layout(message: Any, begin: int = HEADER) -> Layout:
-    """Return where the fields of a message are once it is serialized.
+    """Return the places of the fields of a message once it is serialized.
 
     A message within another one may ``begin`` elsewhere than behind the header. Raises TypeError
     for a field of a type that definitions of interfaces don't have: wide characters and numbers of

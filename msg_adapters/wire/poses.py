@@ -261,7 +261,7 @@ class PoseWire:
         self._layouts[len(data), places.key(data)] = replace(found, places=places)
 
     def _find_places(self, data: bytes, message: Any) -> _Places | None:
-        """Return where stamps and numbers are; None where ``message`` can't be read so.
+        """Return the places of stamps and numbers; None where ``message`` can't be read so.
 
         That is without numbers, and where its bytes are not those of the serializer: of another
         order, by another representation, or with a name in another alphabet than UTF-8.

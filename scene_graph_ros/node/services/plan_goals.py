@@ -188,7 +188,7 @@ def _goals(
 
 
 def _constraints(request: Any, robots: PlanningRobots) -> tuple[LinkConstraint, ...]:
-    """Return what holds on all of the way. Raises TooLargeError for too many."""
+    """Return the constraints along the whole motion. Raises TooLargeError for too many."""
     count = len(request.constraints)
     if count > MOST_CONSTRAINTS:
         raise TooLargeError(

@@ -153,7 +153,7 @@ class _Watch:
         self._goal, self._begin, self._told = goal, begin, -_TURN
 
     def look(self) -> None:
-        """Tell how long it has taken. Raises CancelledError."""
+        """Send the time spent so far as feedback. Raises CancelledError."""
         seconds = time.monotonic() - self._begin
         if self._goal.is_cancelled:
             raise CancelledError(f"cancelled after {seconds:.3g} s, on the tool's way")
