@@ -5,6 +5,7 @@ All coordinates are multiplied by one power of two, so that they are whole.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -19,20 +20,20 @@ Corner = tuple[Any, np.ndarray]
 """How far a set reaches along a direction, times its corner there ``(n,)``, of whole numbers."""
 
 
-class Corners:
+class Corners(ABC):
     """A bounded set that isn't empty, which is the hull of its corners."""
 
+    @abstractmethod
     def along(self, d: np.ndarray, unit: int) -> Corner:
         """Return the furthest corner along whole numbers d ``(n,)``, times ``unit``."""
-        raise NotImplementedError
 
+    @abstractmethod
     def nearly(self, d: np.ndarray) -> tuple[float, np.ndarray]:
         """Return the same in floats, of a direction of floats."""
-        raise NotImplementedError
 
+    @abstractmethod
     def numbers(self) -> Iterator[np.ndarray]:
         """Return all coordinates that it is made of."""
-        raise NotImplementedError
 
 
 class _Listed(Corners):
