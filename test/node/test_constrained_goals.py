@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 import math
 from pathlib import Path
+from typing import Any
 
 from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
@@ -119,14 +120,18 @@ def test_what_violates_a_constraint_is_told(action, planner):
     """The start, tilted by 0.4 rad; the goal, below the height that is asked for."""
     tilted = [*START[:5], START[5] + 0.4, START[6]]
     constraints = (above(0.5), upright(0.05))
-    result, status = sent(action, *constraints, start=tilted, planner=planner).end()
+    fields: dict[str, Any] = {"planner": planner}
+    if planner == "fastest":
+        limits = MotionLimits(max_acceleration=5.0, max_jerk=100.0)
+        fields.update(with_trajectory=True, limits=limits)
+    result, status = sent(action, *constraints, start=tilted, **fields).end()
     assert result.failure == PlanPath.Result.START_VIOLATES_CONSTRAINT
     assert status == GoalStatus.STATUS_ABORTED
     assert (
         "constraint 1 (AngleBetweenVectorsConstraint on 'panda/panda_hand'): the angle in the"
         " world must be from 0 to 0.05 rad, and is 0.4" in result.reason
     )
-    result, _ = sent(action, above(0.7), planner=planner).end()
+    result, _ = sent(action, above(0.7), **fields).end()
     assert result.failure == PlanPath.Result.GOAL_VIOLATES_CONSTRAINT, result.reason
     assert "z of its point in the box must be from 0.7 to inf m" in result.reason
 
