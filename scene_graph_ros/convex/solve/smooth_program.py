@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from scene_graph_ros.convex.solve.cones.cone_program import Cone
+from scene_graph_ros.convex.solve.iteration_callback import iteration_callback, IterationCallback
 
 __all__ = ["SmoothProgram", "has_ipopt"]
 
@@ -77,7 +78,7 @@ class SmoothProgram:
 
     def __init__(self, count: int, is_over: Callable[[], bool] | None = None) -> None:
         self._is_over = is_over
-        self._stops: list[Any] = []
+        self._stop: IterationCallback | None = None
         self._ca = importlib.import_module("casadi")
         self._y = self._ca.SX.sym("y", count)
         self._smoothed = self._ca.SX.sym("s")
@@ -158,8 +159,8 @@ class SmoothProgram:
             y = found["x"].full().ravel()
             if not np.isfinite(y).all():
                 return start, False
-            for each in self._stops:
-                each.look()
+            if self._stop is not None:
+                self._stop.raise_error()
             told = {"lam_x0": found["lam_x"], "lam_g0": found["lam_g"]}
         is_solved = solver.stats()["return_status"] == "Solve_Succeeded"
         return y[: len(start)], is_solved
@@ -178,9 +179,10 @@ class SmoothProgram:
         }
         told = dict(_OPTIONS)
         if self._is_over is not None:
-            sizes = program["x"].numel(), program["g"].numel()
-            self._stops = [_stop(ca, self._is_over, *sizes)]
-            told["iteration_callback"] = self._stops[0]
+            is_over = self._is_over
+            sizes = {"x": program["x"].numel(), "g": program["g"].numel(), "p": 1}
+            self._stop = iteration_callback(lambda *_: is_over(), **sizes)
+            told["iteration_callback"] = self._stop
         first = ca.nlpsol("first", "ipopt", program, told)
         same = {name: first.get_function(own) for name, own in _DERIVATIVES.items()}
         others: dict[str, dict[str, Any]] = {"near": _NEAR, "again": _AGAIN}
@@ -191,46 +193,6 @@ class SmoothProgram:
                 for name, own in others.items()
             ),
         ]
-
-
-def _stop(ca: Any, is_over: Callable[[], bool], size: int, rows: int) -> Any:
-    """Return a callback of CasADi that stops IPOPT; its ``look`` raises what came up in it."""
-    names = [ca.nlpsol_out(k) for k in range(ca.nlpsol_n_out())]
-    shapes = {"x": size, "lam_x": size, "g": rows, "lam_g": rows, "f": 1, "lam_p": 1}
-
-    class _Stop(ca.Callback):
-        """Asks whether to stop."""
-
-        def __init__(self) -> None:
-            super().__init__()
-            self._error: BaseException | None = None
-            self.construct("stop", {})
-
-        def get_n_in(self) -> int:
-            return len(names)
-
-        def get_n_out(self) -> int:
-            return 1
-
-        def get_name_in(self, i: int) -> str:
-            return names[i]
-
-        def get_sparsity_in(self, i: int) -> Any:
-            return ca.Sparsity.dense(shapes[names[i]], 1)
-
-        def eval(self, given: Any) -> Any:
-            try:
-                return [int(is_over())]
-            except BaseException as error:  # noqa: BLE001 - raised again when the solver ended
-                self._error = error
-                return [1]
-
-        def look(self) -> None:
-            if self._error is not None:
-                error, self._error = self._error, None
-                raise error
-
-    return _Stop()
 
 
 def _independent(M: np.ndarray) -> np.ndarray:
