@@ -3,8 +3,8 @@
 Every frame has new poses, which are part of its time: that of the processor, as all draw by
 software. Depths are compared with the truth in 50 digits at pixels drawn at random. Writes
 cameras.csv, the summary in cameras_measured.md and a plot, in two minutes of the processor.
-Renderers that are not installed, or have no display, are left out, and that is said; ``make peers``
-installs all but embreex.
+Renderers that are not installed, or have no display, are left out, and that is said; ``make
+peers`` installs all but embreex.
 """
 
 from __future__ import annotations

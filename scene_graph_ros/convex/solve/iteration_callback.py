@@ -31,12 +31,12 @@ def iteration_callback(
     ``look`` gets the iterate ``(x,)``, its cost and its rows ``(g,)``, and returns whether IPOPT
     should stop. An error in it stops IPOPT, too, and waits for `raise_error`.
     """
-    ca = importlib.import_module("casadi")
+    ca: Any = importlib.import_module("casadi")
     names = [ca.nlpsol_out(k) for k in range(ca.nlpsol_n_out())]
     shown = [names.index(name) for name in ("x", "f", "g")]
     sizes = {"x": x, "lam_x": x, "g": g, "lam_g": g, "f": 1, "lam_p": p}
 
-    class Callback(ca.Callback):  # type: ignore[misc]
+    class Callback(ca.Callback):
         """CasADi's view of ``look``."""
 
         def __init__(self) -> None:
