@@ -66,12 +66,9 @@ def _hollowed(bodies: Sequence[Any], cavity_of: Sequence[int]) -> tuple[list[Any
     return solids, common
 
 
-def bodies_of(vertices: FloatArray, members: list[Part], nested: list[bool]) -> list[Any]:
+def bodies_of(vertices: FloatArray, members: list[Part]) -> list[Any]:
     """Return parts for the library, with None for those that it refuses or that are nested."""
-    return [
-        None if is_nested else _body(vertices, part)
-        for part, is_nested in zip(members, nested, strict=True)
-    ]
+    return [None if part.is_nested else _body(vertices, part) for part in members]
 
 
 def _body(vertices: FloatArray, part: Part) -> Any:
