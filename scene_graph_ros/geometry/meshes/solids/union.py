@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -229,8 +229,7 @@ def _united_parts(
         repairs.append(_repair(kind, found.pressed.slits, found.pressed.point, widest))
     crossing, tree = None, found.pressed.tree
     try:
-        bodies = bodies_of(points, members)
-        united = _by_library(bodies, found.cavity_of, Corners(points, found.of))
+        united = _by_library(found, members)
         _hold_to_winding(given, united[:2], tree)
         crossing = first_crossing(*united[:2]) if resolve else None
         is_resolved = crossing is not None
@@ -335,11 +334,17 @@ def _resolved_group(
     return piece
 
 
-def _by_library(bodies: Sequence[Any], cavity_of: list[int], corners: Corners) -> _Piece:
-    """Return the boundary of the solid of manifolds, some of which are cavities."""
+def _by_library(found: PressedParts, members: list[Part]) -> _Piece:
+    """Return the boundary of the solid of parts by the library."""
+    points, grown = found.pressed.vertices, found.pressed.grown
+    bodies = bodies_of(points, members)
     if any(body is None for body in bodies):
         raise _NotUnitedError("manifold3d refuses a part")
-    return _collapsed(*boundary_of(bodies, cavity_of), corners)
+    wide = bodies_of(grown, members) if grown is not points else bodies
+    wide = [body if other is None else other for body, other in zip(bodies, wide, strict=True)]
+    size = float(np.abs(points).max())
+    corners = Corners(points, found.of)
+    return _collapsed(*boundary_of(bodies, found.cavity_of, wide, size), corners)
 
 
 def _collapsed(points: FloatArray, triangles: IntArray, corners: Corners) -> _Piece:
