@@ -67,7 +67,8 @@ class Piece(NamedTuple):
     ``value`` is how far it reaches, ``point (n,)`` where, ``hessian (n, n)`` how the point turns
     with d. It is ``base`` and the sum of ``maps (m, n, n)`` times the unit vectors
     ``ways (m, n)``; of the ways' lengths 1 all but ``drawn (m,)`` are surely inside, where each
-    coordinate is off by ``rounding``. ``radii (m,)`` are the least semi-axes.
+    coordinate is off by ``rounding``. ``radii (m,)`` are the least semi-axes. Truly it may reach
+    further by ``outward``.
     """
 
     value: float
@@ -79,6 +80,7 @@ class Piece(NamedTuple):
     drawn: np.ndarray
     radii: np.ndarray
     rounding: float
+    outward: float
 
     def inner(self) -> np.ndarray:
         """Return the point ``(n,)``, drawn in as far as rounding asks."""
@@ -109,7 +111,7 @@ def corner_piece(value: float, point: np.ndarray) -> Piece:
     n = len(point)
     flat, none = np.zeros((n, n)), np.zeros((0, n))
     one = np.zeros(0)
-    return Piece(float(value), point, flat, point, np.zeros((0, n, n)), none, one, one, 0.0)
+    return Piece(float(value), point, flat, point, np.zeros((0, n, n)), none, one, one, 0.0, 0.0)
 
 
 class Ellipsoids:
@@ -122,8 +124,9 @@ class Ellipsoids:
         self, maps: np.ndarray, centers: np.ndarray, drawn: np.ndarray, sizes: np.ndarray
     ) -> None:
         self.maps, self.centers, self.drawn = maps, centers, drawn
+        self.rounding = ROUNDING * maps.shape[2] * sizes
         # The axes of a form are off by what its points are drawn in for, the points by rounding.
-        self.rounding = (ROUNDING * maps.shape[2] + drawn) * sizes
+        self.outward = drawn * sizes + np.sqrt(maps.shape[2]) * self.rounding
         self._squares = np.einsum("mij,mkj->mik", maps, maps)
         self.radii = np.linalg.svd(maps, compute_uv=False)[:, -1] if len(maps) else np.zeros(0)
         self._is_known = bool((self.radii > 0.0).all()) and not np.isnan(drawn).any()
@@ -155,9 +158,9 @@ class FacedEllipsoids(NamedTuple):
     def piece(self, k: int) -> Piece:
         """Return one of them as a piece."""
         of, one = self.of, slice(k, k + 1)
-        own = of.maps[one], self.ways[one], of.drawn[one], of.radii[one], float(of.rounding[k])
-        value = float(self.values[k])
-        return Piece(value, self.points[k], self.hessians[k], of.centers[k], *own)
+        own = of.maps[one], self.ways[one], of.drawn[one], of.radii[one]
+        reach = float(self.values[k]), self.points[k], self.hessians[k], of.centers[k]
+        return Piece(*reach, *own, float(of.rounding[k]), float(of.outward[k]))
 
 
 def meet_by_plane(one: Any, other: Any) -> bool | None:
@@ -204,9 +207,8 @@ class _Faced(NamedTuple):
     @property
     def is_apart(self) -> bool:
         """Whether the plane between them is surely one."""
-        rounding = sum(max(p.rounding for p in some) for some in (self.first, self.second))
-        n = len(self.u)
-        return self.overlap + np.sqrt(n) * rounding < -APART * n * self.size
+        outward = sum(max(p.outward for p in some) for some in (self.first, self.second))
+        return self.overlap + outward < -APART * len(self.u) * self.size
 
 
 class _Facing:

@@ -141,12 +141,12 @@ class ReachOfMembers:
             return None
         reach, balls = found
         of, value, point = balls.of, float(reach.values.sum()), reach.points.sum(axis=0)
-        rounding = len(reach.values) * EPSILON * float(np.abs(reach.points).sum(axis=0).max())
-        rounding += float(of.rounding.sum())
+        added = len(reach.values) * EPSILON * float(np.abs(reach.points).sum(axis=0).max())
+        off = added + float(of.rounding.sum()), np.sqrt(self._n) * added + float(of.outward.sum())
         base = point + (of.centers - reach.points[self._balls]).sum(axis=0)
         hessian = balls.hessians.sum(axis=0)
-        own = of.maps, balls.ways, of.drawn, of.radii, rounding
-        return [Piece(value, point, hessian, base, *own)]
+        own = of.maps, balls.ways, of.drawn, of.radii
+        return [Piece(value, point, hessian, base, *own, *off)]
 
     @functools.cached_property
     def _ellipsoids(self) -> Ellipsoids:
