@@ -236,7 +236,8 @@ def test_a_path_of_one_vertex_and_forced_edges():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ((0,), "rows must be a whole number, at least 1, not 0"),
+        ((0,), "rows must be a whole number, at least 1 and at most 10000, not 0"),
+        ((10_001,), "rows must be a whole number, at least 1 and at most 10000, not 10001"),
         ((True,), "rows must be a whole number"),
         ((1.5,), "rows must be a whole number"),
         ((2, "", [0.0, 0.0, 0.0]), "lower_bound must be a number or 2 numbers"),

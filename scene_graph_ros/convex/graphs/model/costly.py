@@ -73,7 +73,7 @@ class Costly:
         own, slack = self._own(), {each.number for each in self._slack}
         for number in of.terms:
             if number not in own and number not in slack:
-                names = [*own.values(), "slack variables of its own"]
+                names = [*own.values(), *(["slack variables of its own"] if slack else [])]
                 raise ConvexSetError(
                     f"{self._label}.{question}: the expression has the point of vertex {number},"
                     f" or slack variables of that number; only {' and '.join(names)} may be in it"

@@ -9,6 +9,7 @@ import numpy as np
 
 from scene_graph_ros.convex.errors import ConvexSetError
 from scene_graph_ros.convex.graphs.expressions.expressions import Affine
+from scene_graph_ros.convex.questions.arguments import as_whole
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
 from scene_graph_ros.convex.sets.hyperrectangle import Hyperrectangle
@@ -16,6 +17,9 @@ from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array
 
 __all__ = ["SlackVariables", "box_of"]
+
+_MOST_ROWS = 10_000
+"""Of one call: their expression has a square matrix."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,12 +42,9 @@ class SlackVariables:
         cls, label: str, number: int, rows: Any, name: str, lower: Any, upper: Any
     ) -> SlackVariables:
         """Return ``rows`` variables. Raises ConvexSetError for counts and bounds that are none."""
-        if isinstance(rows, bool) or not isinstance(rows, int) or rows < 1:
-            raise ConvexSetError(
-                f"{label}: rows must be a whole number, at least 1, not {quoted(rows)}"
-            )
+        count = as_whole(rows, f"{label}: rows", 1, _MOST_ROWS)
         bounds = [
-            _as_bounds(each, rows, f"{label}: {of}")
+            _as_bounds(each, count, f"{label}: {of}")
             for of, each in (("lower_bound", lower), ("upper_bound", upper))
         ]
         if not ((bounds[0] <= bounds[1]) & (bounds[0] < np.inf) & (bounds[1] > -np.inf)).all():
