@@ -12,6 +12,7 @@ from scene_graph_ros.geometry.perception import CameraIntrinsics
 from scene_graph_ros.node.world.depth_channel import DepthChannel
 from scene_graph_ros.node.world.faults import Fault
 from scene_graph_ros.node.world.sensor_worker import ToldWorker
+from scene_graph_ros.node.world.source_stamps import seen_until
 from scene_graph_ros.sensing import DepthRules, DepthView, voxels_after
 
 FREE, OCCUPIED, UNKNOWN = (int(state) for state in Voxel)
@@ -191,6 +192,31 @@ def test_an_image_is_looked_at_beside_the_updates(looking):
     worker.finish()
     assert looking.update()
     assert looking.at(1.55, 0.05, 0.05) == FREE
+
+
+def test_a_world_tells_until_when_all_is_in_it_that_sensors_saw(tmp_path):
+    """The newest image of the sensor that is behind; of sensors that remember alone."""
+
+    def seen(looking):
+        now = looking.world.snapshot
+        return seen_until(now.images, now.records, now.sensing)
+
+    looking = LookingIntoGrid(tmp_path)
+    assert seen(looking) == 0
+    assert looking.see(1.0, stamp=NOW - 3)
+    looking.turn(1.0, NOW)
+    assert seen(looking) == NOW - 3
+    looking.world.forget_stamps()
+    assert seen(looking) == 0
+    second = "sources:\n  - {name: late, depth: {image: late/depth, fills: camera}}"
+    looking = LookingIntoGrid(tmp_path, VOXELS.replace("sources:", second))
+    assert looking.see(1.0)
+    assert seen(looking) == 0
+    plain = VOXELS.replace("- {name: load}", "- {name: load}\n  - {name: once, points: {}}")
+    plain += CLOUD.replace("source: camera", "source: once").replace("name: seen", "name: cloud")
+    looking = LookingIntoGrid(tmp_path, plain)
+    assert looking.see(1.0)
+    assert seen(looking) == NOW
 
 
 def test_a_cloud_of_the_same_source_is_left_alone(looking):
