@@ -97,10 +97,9 @@ class _Checker:
             if filled not in known:
                 hint = suggestion(filled, known)
                 self.report(f"there is no source {filled!r}{hint}", "sources", index, key, "fills")
-            if kind == "voxel_grid" and source.points is not None:
+            if kind == "voxel_grid" and source.points is not None and not source.points.remember:
                 self.report(
-                    f"the voxel grid of {filled!r} is filled by images of depth alone; clouds"
-                    " fill a point_cloud",
+                    f"the voxel grid of {filled!r} holds what was seen: say remember: true",
                     *("sources", index, key),
                 )
             name = sensor.geometry

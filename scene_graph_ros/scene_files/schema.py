@@ -131,14 +131,14 @@ class SourceSpec(HandleSpec):
     @property
     def filled_type(self) -> str:
         """The type of shape that sensors fill of it."""
-        return "point_cloud" if self.depth is None else self.depth.into
+        return "point_cloud" if self.sensor is None else self.sensor.into
 
     @model_validator(mode="after")
     def _one_sensor(self) -> SourceSpec:
         if self.points is not None and self.depth is not None:
             raise ValueError("give points or depth, not both: have a source for each sensor")
         if self.voxels is not None and self.filled_type == "voxel_grid":
-            raise ValueError("maps fill its voxel grid, or images of depth do: give one of them")
+            raise ValueError("maps fill its voxel grid, or its sensor does: give one of them")
         return self
 
 

@@ -57,6 +57,11 @@ class SensorSpec(Spec):
         None,
         description="Which of its clouds, or grids, is filled, of a source that has several.",
     )
+    into: Literal["point_cloud", "voxel_grid"] = Field(
+        "point_cloud",
+        description="What of the source is filled: its cloud, or its voxel grid, of which rays "
+        "free what they go through; what they do not show stays as it was, such as unknown.",
+    )
     fills: Name | None = Field(
         None,
         description="The source whose cloud, or grid, is filled in place of its own, with others.",
@@ -109,11 +114,6 @@ class DepthSpec(SensorSpec):
     info: Text | None = Field(
         None, description='The topic of the lens; default: "camera_info" beside the images\'.'
     )
-    into: Literal["point_cloud", "voxel_grid"] = Field(
-        "point_cloud",
-        description="What of the source is filled: its cloud, or its voxel grid, of which images "
-        "free what they see through; what they do not show stays as it was, such as unknown.",
-    )
     rectified: bool = Field(
         False, description="The images are rectified: the lens is P of its message, not K and D."
     )
@@ -135,6 +135,12 @@ class PointsSpec(SensorSpec):
         description="Points hold until a later ray goes through them, or they expire; else each "
         "message has all points of its sensor.",
     )
+
+    @model_validator(mode="after")
+    def _holds(self) -> PointsSpec:
+        if self.into == "voxel_grid" and not self.remember:
+            raise ValueError("into: voxel_grid needs remember: true: a grid holds what was seen")
+        return self
 
 
 class VoxelsSpec(Spec):

@@ -15,6 +15,7 @@ from scene_graph_ros.geometry.spatial.sums import moved
 from scene_graph_ros.sensing.voxel_map import voxels_after
 
 if TYPE_CHECKING:
+    from scene_graph_ros.sensing.cloud_view import CloudView
     from scene_graph_ros.sensing.depth_view import DepthView
     from scene_graph_ros.sensing.self_filter import SelfFilter
 
@@ -26,7 +27,7 @@ FOREVER = np.iinfo(np.int64).max
 
 @one_line()
 class VoxelsSeen(NamedTuple):
-    """How many voxels an image changed, and how many there are of each state after it."""
+    """How many voxels a view changed, and how many there are of each state after it."""
 
     freed: int
     hit: int
@@ -49,10 +50,12 @@ class SeenVoxels:
     X_WG: NDArray[np.float64]
     until: NDArray[np.int64] | None = None
 
-    def after(self, view: DepthView, until: int = FOREVER) -> tuple[SeenVoxels, VoxelsSeen]:
-        """Return the voxels after an image, as `voxels_after` says, and what it changed.
+    def after(
+        self, view: DepthView | CloudView, until: int = FOREVER
+    ) -> tuple[SeenVoxels, VoxelsSeen]:
+        """Return the voxels after a view, as `voxels_after` says, and what it changed.
 
-        The states that the image tells, changed or not, expire at ``until``, ns.
+        The states that the view tells, changed or not, expire at ``until``, ns.
         """
         if until == FOREVER and self.until is None:
             states, changed = voxels_after(self.states, self.voxel, self.X_WG, view)

@@ -6,14 +6,15 @@ a thing on a post in the ball's way; collisions are told of neither. All space i
 
 from diagnostic_msgs.msg import DiagnosticArray
 from node_harness import diagnostics_from_now, diagnostics_values, wait_until
-from plan_goals import at, post_publisher, rail_publisher
+from plan_goals import at, Planner, post_publisher, rail_publisher, Sent
 import pytest
 from robot_scenes import SLIDE
+from sensor_msgs.msg import PointCloud2
 from visualization_msgs.msg import Marker, MarkerArray
 
-from scene_graph_msgs.msg import Status
+from scene_graph_msgs.msg import PlanHolds, Status
 from scene_graph_msgs.srv import CheckConfigurations
-from scene_graph_ros.node.runtime.qos import latched_qos
+from scene_graph_ros.node.runtime.qos import image_qos, latched_qos
 
 FREE, COLLIDES = CheckConfigurations.Response.FREE, CheckConfigurations.Response.COLLIDES
 
@@ -92,3 +93,28 @@ def test_images_free_what_they_see_through_and_clear_what_went_away(client, node
         ),
         "the surface of what is not free",
     )
+
+
+def test_a_proof_is_stamped_by_the_image_that_it_includes(client, node, put):
+    """By a later one each time, while the ball's joint states are stamped later still."""
+    sensed = client.listen(PointCloud2, "sensed/eye", image_qos())
+
+    def is_free():
+        put(0.9)
+        return outcomes(client, -0.5, 0.0, 0.3) == [FREE] * 3
+
+    wait_until(is_free, "free space between start and goal")
+    planner = Planner(client)
+    result, _ = Sent(planner, start=at(-0.5), goals=at(0.3)).end()
+    assert (result.status.code, result.failure) == (Status.OK, 0), result.status.message
+    holds = client.listen(PlanHolds, "plan_holds")
+
+    def proven():
+        put(0.9)
+        images = {(s.header.stamp.sec, s.header.stamp.nanosec) for s in sensed.kept()}
+        proofs = [m for m in holds.kept() if m.holds]
+        stamps = {(m.header.stamp.sec, m.header.stamp.nanosec) for m in proofs}
+        return len(stamps & images) >= 3
+
+    wait_until(proven, "proofs for three images")
+    planner.destroy()

@@ -129,9 +129,11 @@ def test_images_fill_the_grid_of_a_source_that_says_so(tmp_path):
         ("into: voxel_grid", "into: voxels", "into"),
         ("into: voxel_grid", "into: voxel_grid, geometry: spac", "has no voxel_grid 'spac'"),
         ("image: depth, into: voxel_grid}", "image: depth, into: voxel_grid}, voxels: {}",
-         "maps fill its voxel grid, or images of depth do"),
+         "maps fill its voxel grid, or its sensor does"),
         ("fills: eye", "fills: eye, into: voxel_grid", "into is said by the source that"),
-        ("depth: {image: side, fills: eye}", "points: {fills: eye}", "images of depth alone"),
+        ("depth: {image: side, fills: eye}", "points: {fills: eye}", "say remember: true"),
+        ("image: depth", "image: depth}, points: {remember: true", "give points or depth"),
+        ("depth: {image: depth,", "points: {", "needs remember: true"),
         ("source: eye", "source: eye, frame: post", "the voxel_grid 'space' is on frame 'post'"),
     ],
 )  # fmt: skip

@@ -38,8 +38,6 @@ class SensedGeometry(ABC):
 
     noun: ClassVar[str]
     """The kind of geometry."""
-    stays: ClassVar[bool] = False
-    """Whether images of depth alone fill it, which stays where it is."""
 
     source: SourceId
     source_name: str

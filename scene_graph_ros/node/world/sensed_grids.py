@@ -34,7 +34,6 @@ class SensedGrid(SensedGeometry):
     """
 
     noun: ClassVar[str] = "voxel grid"
-    stays: ClassVar[bool] = True
 
     fresh: dict[GeometryId, VoxelSet] = field(default_factory=dict)
     voxels: SeenVoxels | None = None

@@ -26,7 +26,7 @@ from scene_graph_ros.node.world.sensor_state import SensorFrame, SensorState
 from scene_graph_ros.node.world.sensor_worker import AtOnce, Worker
 from scene_graph_ros.node.world.source_channel import Kept
 from scene_graph_ros.node.world.time_limits import TimeLimits
-from scene_graph_ros.scene_files.sensor_settings import AS_THEY_ARE, DepthSettings
+from scene_graph_ros.scene_files.sensor_settings import AS_THEY_ARE
 
 if TYPE_CHECKING:
     from concurrent.futures import Future
@@ -286,13 +286,8 @@ class SensorChannel(BoundedChannel[SensedGeometry], Generic[R]):
         return f"a{'n' * (self._message[0] in 'aeiou')} {self._message}"
 
     def _check_place(self, filled: SensedGeometry, geometry: GeometryId) -> None:
-        """Raise NotFilledError for geometry that is not filled by such messages where it is."""
+        """Raise NotFilledError for geometry that moves where points have to stay in the world."""
         its = self._settings
-        if filled.stays and not isinstance(its, DepthSettings):
-            raise NotFilledError(
-                f"{filled.noun} {quoted(filled.inspector.get_name(geometry))} is filled by images"
-                " of depth alone"
-            )
         stays = its.remembers or its.fills
         if stays and not filled.inspector.is_anchored(geometry):
             raise NotFilledError(

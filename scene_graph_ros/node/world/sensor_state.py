@@ -21,14 +21,14 @@ from scene_graph_ros.scene_files.sensor_settings import (
     DepthSettings,
     SensorSettings,
 )
-from scene_graph_ros.sensing import DepthRules, DepthView, NewPoints, SeenPoints, SelfFilter
+from scene_graph_ros.sensing import DepthRules, NewPoints, SeenPoints, SelfFilter
 from scene_graph_ros.sensing.seen_voxels import FOREVER, SeenVoxels
 
 if TYPE_CHECKING:
     from msg_adapters.depth_images import SensedLens
     from msg_adapters.names import SceneNames
     from scene_graph_ros.geometry.perception import CameraDescription
-    from scene_graph_ros.sensing import CloudView
+    from scene_graph_ros.sensing import CloudView, DepthView
 
 __all__ = ["Looked", "SensorFrame", "SensorState", "Surroundings", "states_of"]
 
@@ -155,7 +155,6 @@ class SensorState:
         new = view.points()
         if isinstance(seen, SeenVoxels):
             expires = int(self.settings.expires * 1e9)
-            assert isinstance(view, DepthView)
             return Looked(new, stamp, *seen.after(view, stamp + expires if expires else FOREVER))
         if self.settings.remembers:
             return Looked(new, stamp, *seen.after(view, new, stamp, most, self.number))

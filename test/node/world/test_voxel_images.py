@@ -3,15 +3,22 @@
 The world is that of ``looking_arm``: a camera at (1, 0, 0) of an arm that turns about z.
 """
 
+from cloud_messages import cloud_message
 from looking_arm import Looking, NOW, SCENE, SECOND
 import numpy as np
 import pytest
+from rclpy.serialization import serialize_message
 
 from scene_graph_ros.geometry import GeometryInstance, PointCloud, Voxel
 from scene_graph_ros.geometry.perception import CameraIntrinsics
 from scene_graph_ros.node.world.depth_channel import DepthChannel
 from scene_graph_ros.node.world.faults import Fault
+from scene_graph_ros.node.world.intake import Intake
+from scene_graph_ros.node.world.point_channel import PointChannel
 from scene_graph_ros.node.world.sensor_worker import ToldWorker
+from scene_graph_ros.node.world.source_channel import apply_kept
+from scene_graph_ros.node.world.source_stamps import seen_until
+from scene_graph_ros.node.world.time_limits import TimeLimits
 from scene_graph_ros.sensing import DepthRules, DepthView, voxels_after
 
 FREE, OCCUPIED, UNKNOWN = (int(state) for state in Voxel)
@@ -193,6 +200,31 @@ def test_an_image_is_looked_at_beside_the_updates(looking):
     assert looking.at(1.55, 0.05, 0.05) == FREE
 
 
+def test_a_world_tells_until_when_all_is_in_it_that_sensors_saw(tmp_path):
+    """The newest image of the sensor that is behind; of sensors that remember alone."""
+
+    def seen(looking):
+        now = looking.world.snapshot
+        return seen_until(now.images, now.records, now.sensing)
+
+    looking = LookingIntoGrid(tmp_path)
+    assert seen(looking) == 0
+    assert looking.see(1.0, stamp=NOW - 3)
+    looking.turn(1.0, NOW)
+    assert seen(looking) == NOW - 3
+    looking.world.forget_stamps()
+    assert seen(looking) == 0
+    second = "sources:\n  - {name: late, depth: {image: late/depth, fills: camera}}"
+    looking = LookingIntoGrid(tmp_path, VOXELS.replace("sources:", second))
+    assert looking.see(1.0)
+    assert seen(looking) == 0
+    plain = VOXELS.replace("- {name: load}", "- {name: load}\n  - {name: once, points: {}}")
+    plain += CLOUD.replace("source: camera", "source: once").replace("name: seen", "name: cloud")
+    looking = LookingIntoGrid(tmp_path, plain)
+    assert looking.see(1.0)
+    assert seen(looking) == NOW
+
+
 def test_a_cloud_of_the_same_source_is_left_alone(looking):
     """Images fill the grid; the grid listens to no maps."""
     assert looking.world.snapshot.sensing == {"camera"}
@@ -206,6 +238,34 @@ def test_a_cloud_of_the_same_source_is_left_alone(looking):
     assert looking.see(2.0, stamp=looking.now)
     assert looking.at(2.05, 0.05, 0.05) == FREE
     assert looking.faults() == {}
+
+
+def test_clouds_fill_the_same_grid_by_their_rays(tmp_path):
+    """Free before the wall that a lidar sees, occupied there; its rays begin at its own frame."""
+    lidar = """  - {name: lidar, points: {fills: camera, remember: true, frame: arm/upper,
+     pose: {xyz: [1, 0, 0]}}}
+  - {name: load}"""
+    looking = LookingIntoGrid(tmp_path, VOXELS.replace("  - {name: load}", lidar))
+    world = looking.world
+    record = world.records["lidar"]
+    channel = PointChannel(record, Intake("lidar", looking.warnings.append), 4000)
+    y, z = np.meshgrid(np.linspace(-1.0, 1.0, 41), np.linspace(-1.0, 1.0, 41))
+    message = cloud_message(np.stack([np.full(y.shape, 1.05), y, z], -1).reshape(-1, 3), "")
+    message.header.stamp.sec = NOW // SECOND
+    channel.store(serialize_message(message), 1)
+    limits = TimeLimits(now=NOW, max_age=5 * SECOND, max_lead=SECOND)
+    with world.lock:
+        assert apply_kept(channel, record, lambda: world.clouds["camera"], limits) is not None
+        world.commit((), 1, (), {"camera"})
+    assert looking.at(1.55, 0.05, 0.05) == FREE
+    assert looking.at(2.05, 0.05, 0.05) == OCCUPIED
+    assert looking.at(2.35, 0.05, 0.05) == looking.at(1.05, 0.95, 0.05) == UNKNOWN
+    assert channel.newest["voxels hit by it"] == (looking.voxels() == OCCUPIED).sum()
+    # An image that sees through the wall's place clears it.
+    looking.now += SECOND
+    assert looking.see(3.0, stamp=looking.now)
+    assert looking.at(2.05, 0.05, 0.05) == FREE
+    assert looking.warnings == []
 
 
 def test_of_several_grids_the_file_names_one(tmp_path):
