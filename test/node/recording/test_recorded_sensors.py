@@ -61,7 +61,7 @@ def test_what_sensors_send_is_felt_drawn_and_replayed(start_node, client, domain
     """Ground that rises into a ball; a pixel's point in another one, cleared by a ray; a voxel."""
     folder = tmp_path / "bag"
     (tmp_path / "scene.yaml").write_text(SCENE)
-    node = start_node({"scene": tmp_path / "scene.yaml", "record": folder}, fresh=True)
+    node = start_node({"scene": tmp_path / "scene.yaml", "record": folder})
     contacts = client.listen(ContactArray, "contacts")
     markers = client.listen(MarkerArray, "markers/illustration")
     heights = client.publisher(Image, "/map/heights")
