@@ -108,7 +108,7 @@ def build_surface(
 
     surface, boxes = _surface_of(solid_of(vertices, triangles, repair_tolerance), name)
     where = _crossing(surface, boxes)
-    if where is None:
+    if where is None and _winds_once(surface):
         return surface
     solid = solid_of(vertices, triangles, repair_tolerance, resolve=True)
     surface, boxes = _surface_of(solid, name)
@@ -127,6 +127,16 @@ def _crossing(surface: Surface, boxes: Boxes) -> np.ndarray | None:
     if surface.is_closed:
         return first_crossing(surface.vertices, surface.triangles, boxes, surface.tree)
     return first_crossing(surface.vertices, surface.triangles[surface.is_solid])
+
+
+def _winds_once(surface: Surface) -> bool:
+    """Tell whether the boundary of the solid winds once around what is inside, as far as tried."""
+    from scene_graph_ros.geometry.meshes.solids.probes import wound_otherwise
+
+    if surface.is_closed:
+        return wound_otherwise(surface.vertices, surface.triangles, surface.tree) is None
+    triangles = surface.triangles[surface.is_solid]
+    return not len(triangles) or wound_otherwise(surface.vertices, triangles) is None
 
 
 def _surface_of(solid: Solid, name: str) -> tuple[Surface, Boxes]:

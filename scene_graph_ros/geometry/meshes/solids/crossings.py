@@ -83,6 +83,64 @@ def _pierced(vertices, triangles, t, s, slack):
 
 
 @lean_kernel
+def _cut_by_plane(vertices, triangles, t, origin, n, deep):
+    """Return (is_cut, p, q): the ends of a triangle's segment in a plane that it reaches across.
+
+    It does where it has corners on both sides that are farther away than deep over n's length.
+    """
+    heights = _heights(vertices, triangles, t, origin, n)
+    p = q = origin
+    if max(heights) <= deep or min(heights) >= -deep:
+        return False, p, q
+    for k in range(3):
+        start, end = heights[k], heights[(k + 1) % 3]
+        if (start > 0.0) == (end > 0.0):
+            continue
+        corner = load_vector(vertices, triangles[t, k])
+        side = subtract(load_vector(vertices, triangles[t, (k + 1) % 3]), corner)
+        q, p = p, axpy(start / (start - end), side, corner)
+    return True, p, q
+
+
+@lean_kernel
+def _share_segment(vertices, triangles, t, s, slack):
+    """Return (shares, x): whether two triangles have a segment in common that is inside of both.
+
+    Its ends may be on edges, or at a corner of both: then no edge goes through either.
+    """
+    a, b, c = (
+        load_vector(vertices, triangles[t, 0]),
+        load_vector(vertices, triangles[t, 1]),
+        load_vector(vertices, triangles[t, 2]),
+    )
+    d, e, f = (
+        load_vector(vertices, triangles[s, 0]),
+        load_vector(vertices, triangles[s, 1]),
+        load_vector(vertices, triangles[s, 2]),
+    )
+    n, m = cross(subtract(b, a), subtract(c, a)), cross(subtract(e, d), subtract(f, d))
+    length_n, length_m = norm(n), norm(m)
+    if length_n == 0.0 or length_m == 0.0:
+        return False, a
+    is_cut, p, q = _cut_by_plane(vertices, triangles, t, d, m, slack * length_m)
+    if not is_cut:
+        return False, a
+    is_cut, u, v = _cut_by_plane(vertices, triangles, s, a, n, slack * length_n)
+    along = subtract(q, p)
+    extent = norm(along)
+    if not is_cut or extent <= slack:
+        return False, a
+    one = dot(subtract(u, p), along) / extent
+    other = dot(subtract(v, p), along) / extent
+    start, end = max(0.0, min(one, other)), min(extent, max(one, other))
+    if end - start <= slack:
+        return False, a
+    x = axpy(0.5 * (start + end) / extent, along, p)
+    is_inside = _is_within(x, n, length_n, a, b, c, slack)
+    return is_inside and _is_within(x, m, length_m, d, e, f, slack), x
+
+
+@lean_kernel
 def _cross(vertices, triangles, normals, t, s, size):
     """Return (crosses, x) of two triangles; those with an edge in common can only fold."""
     flat, thin, slack = TOUCHING * size, _FLAT * size, _DEEP * size
@@ -99,9 +157,11 @@ def _cross(vertices, triangles, normals, t, s, size):
     if shared > 1:
         return False, (0.0, 0.0, 0.0)
     pierced, x = _pierced(vertices, triangles, t, s, slack)
-    if pierced:
-        return True, x
-    return _pierced(vertices, triangles, s, t, slack)
+    if not pierced:
+        pierced, x = _pierced(vertices, triangles, s, t, slack)
+    if not pierced:
+        pierced, x = _share_segment(vertices, triangles, t, s, slack)
+    return pierced, x
 
 
 @lean_kernel

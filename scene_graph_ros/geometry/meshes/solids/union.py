@@ -29,6 +29,7 @@ from scene_graph_ros.geometry.meshes.solids.pressed_parts import (
     pressed_parts,
     PressedParts,
 )
+from scene_graph_ros.geometry.meshes.solids.probes import probes, wound_otherwise
 from scene_graph_ros.geometry.meshes.solids.resolve import resolved
 from scene_graph_ros.geometry.meshes.solids.slivers import (
     Corners,
@@ -47,9 +48,6 @@ Shell = tuple[FloatArray, IntArray]
 
 LEAST_PART = 1e-12
 """Relative to the whole: a part of this size, in length, is dropped."""
-
-_SAMPLES = 256
-"""Random points at which the union's winding numbers are those of the parts."""
 
 
 class United(NamedTuple):
@@ -188,10 +186,8 @@ def _united_group(
         triangles, of = members[0].triangles, np.zeros(len(points), dtype=np.int64)
         crossing = first_crossing(points, triangles)
         if crossing is None:
-            try:
-                _hold_to_winding((points, triangles), (points, triangles))
-            except _NotUnitedError:
-                return _resolved_group(points, triangles, of)
+            crossing = wound_otherwise(points, triangles)
+        if crossing is None:
             return _Piece(points, triangles, [])
         return _resolved_group(points, triangles, of, crossing)
     members = [
@@ -235,6 +231,9 @@ def _united_parts(
         is_resolved = crossing is not None
     except _NotUnitedError:
         crossing, is_resolved = first_crossing(points, found.triangles), True
+        for part in members:
+            if crossing is None:
+                crossing = wound_otherwise(points, part.triangles)
     if is_resolved:
         united = _resolved_group(points, oriented, found.of, crossing)
     repairs += united.repairs + _vanished(members, given, united[:2], tree)
@@ -363,14 +362,8 @@ def _hold_to_winding(given: Shell, united: Shell, tree: Tree | None = None) -> N
     It winds once around the points around which they wind once or more. ``tree`` is of the parts'
     triangles, if it is known.
     """
-    rng = np.random.default_rng(2)
     vertices, oriented = given
-    corners = vertices[used_indices(oriented, len(vertices))[0]]
-    lower, upper = corners.min(axis=0), corners.max(axis=0)
-    spread = rng.uniform(lower, upper, (_SAMPLES, 3))
-    beside = corners[rng.integers(len(corners), size=_SAMPLES)]
-    beside = beside + rng.normal(scale=1e-3 * float((upper - lower).max()), size=beside.shape)
-    samples = np.concatenate([spread, beside])
+    samples = probes(vertices, oriented)
     wanted = winding_numbers(samples, vertices, oriented, tree=tree) >= 1
     found = np.zeros(len(samples), dtype=np.int64)
     if len(united[1]):
