@@ -135,8 +135,6 @@ def main() -> int:
     arguments = parse_arguments()
     make_ready("planning", "clouds", "cameras", "sensing")
     isolate()
-    from common.looking_planner import LookingPlanner  # after the environment is set
-
     node = [
         *(sys.executable, "-m", "scene_graph_ros.node", "--ros-args"),
         *("-p", f"scene:={arguments.scene.resolve()}", "--log-level", "warn"),
@@ -146,12 +144,15 @@ def main() -> int:
         node += ["-p", "browser:=true"]
         print("In a browser, while this runs: http://127.0.0.1:8780", flush=True)
     frames = None
-    if arguments.picture is not None:
-        from common.picture import Camera
-        from common.plan_frames import Frames
-
-        frames = Frames(arguments.samples, Camera(**VIEW))
     with processes({"scene graph node": node}) as running:
+        # After the environment is set, and while the node starts.
+        from common.looking_planner import LookingPlanner
+
+        if arguments.picture is not None:
+            from common.picture import Camera
+            from common.plan_frames import Frames
+
+            frames = Frames(arguments.samples, Camera(**VIEW))
         planner = LookingPlanner(arguments.speed)
         try:
             code = run(planner, arguments, frames)
