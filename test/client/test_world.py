@@ -128,7 +128,8 @@ def test_a_plan_holds_constraints(world):
             try:
                 return world.plan(goal, constraints=constraints)
             except WorldError as error:
-                assert error.code == "STALE", error
+                if error.code != "STALE":
+                    raise
 
     goal = {"shoulder": 0.6, "elbow": -1.2}
     wide = planning.PositionConstraint("lower", [-9.0, -1.0, -1.0], [9.0, 1.0, 1.0])

@@ -97,7 +97,7 @@ class SmoothProgram:
         self._kept: list[_Kept] = []
         self._costs: list[Callable[[Any], Any]] = []
         self._largest: list[tuple[Any, np.ndarray, np.ndarray]] = []
-        self._is_smoothed = self._is_rough = False
+        self._is_rough = False
         self._solvers: dict[str, Any] = {}
         self._stops: list[Any] = []
 
@@ -157,22 +157,24 @@ class SmoothProgram:
             return
         if kind == "quotient":
             self._kept.append((lambda w: w[at.start], np.full(1, np.inf)))
-        self._is_smoothed |= kind == "norm"
         self._costs.append(lambda w: functions[kind](w[at]) / unit)
 
-    def solve(self, start: np.ndarray, *, is_near: bool = False) -> tuple[np.ndarray, bool]:
+    def solve(
+        self, start: np.ndarray, *, is_near: bool = False, is_patient: bool = True
+    ) -> tuple[np.ndarray, bool]:
         """Return a point ``(n,)`` and whether it is a local optimum: its conditions hold.
 
-        ``is_near`` asks for one near the start, by a weak barrier.
+        ``is_near`` asks for one near the start, by a weak barrier. Without ``is_patient`` it ends
+        where few iterations lead to none.
         """
         if not len(start):
             return start, True
         largest = [np.abs(M @ start + m).max(initial=0.0) for _, M, m in self._largest]
         first = np.append(start, largest)
         y, is_solved = first, False
-        if not self._is_rough:
+        if not (self._is_rough and is_patient):
             y, is_solved, _ = self._run("near" if is_near else "far", first, _SHARP, {})
-        if not is_solved and self._is_smoothed:
+        if not is_solved and is_patient:
             self._is_rough = True
             y, _, told = self._run("rough_near" if is_near else "rough", first, _ROUGH, {})
             if np.isfinite(y).all():

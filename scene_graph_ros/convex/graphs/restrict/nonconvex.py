@@ -69,18 +69,19 @@ def with_functions(
         if trial and least[0] and (away or not program.is_smooth):
             away = _BESIDE
         first = program.near(start, away, generator) if away else start
-        found, is_optimal = program.solve(first, is_near)
+        found, is_optimal = program.solve(first, is_near, is_patient=least[0])
         worst = program.violation(found)
         rank = (not is_optimal, max(worst, _KEPT), program.cost(found))
-        gain = least[2] - rank[2]
+        gain, same = least[2] - rank[2], _SAME * abs(bound)
         if rank < least:
             best, least = found, rank
         if least[0] or least[1] > _KEPT:
             continue
-        idle = idle + 1 if gain <= _SAME * abs(bound) else 0
+        idle = idle + 1 if gain <= same else 0
         above = (least[2] - bound) / (abs(bound) or 1.0)
         enough = next(count for count, most in _IDLE if above <= most)
-        if idle >= enough or not program.is_smooth or least[2] > limit * (1.0 + _LITTLE):
+        agrees = not rank[0] and rank[1] <= _KEPT and abs(gain) <= same
+        if idle >= enough or agrees or not program.is_smooth or least[2] > limit * (1.0 + _LITTLE):
             break
     if least[0] and problem.is_over is not None and problem.is_over():
         raise StoppedError(
@@ -109,7 +110,7 @@ end above it for others to follow."""
 
 _IDLE = ((0, 3e-2), (1, 0.1), (2, np.inf))
 """So many starts in succession that gain nothing end the search, for a cost that is at most so
-far above a lower bound, as a part of it."""
+far above a lower bound, as a part of it; and one that ends at the same cost."""
 
 _KEPT, _ACCEPTED = 1e-8, 1e-7
 """By how much points may break something for a search to end, and to be kept at all."""
@@ -128,13 +129,15 @@ class _Program:
         self._count = ends[-1]
         self.is_smooth = is_smooth(problem, path, self._sets)
 
-    def solve(self, start: Sequence[np.ndarray], is_near: bool) -> tuple[list[np.ndarray], bool]:
+    def solve(
+        self, start: Sequence[np.ndarray], is_near: bool, is_patient: bool
+    ) -> tuple[list[np.ndarray], bool]:
         """Solve from points; return others less their centres, and whether they are optimal."""
         first = np.zeros(self._count)
         for placed, at, x in zip(self._sets, self._slices, start, strict=True):
             first[at] = _variables_at(placed, x)
         if self.is_smooth:
-            y, is_optimal = self._smooth.solve(first, is_near=is_near)
+            y, is_optimal = self._smooth.solve(first, is_near=is_near, is_patient=is_patient)
         else:
             y, is_optimal = self._by_squares(first)
         parts = zip(self._sets, self._slices, strict=True)
