@@ -3,15 +3,16 @@
     python -m benchmarks.mesh_repairs [--quick] [--out docs]
 
 Meshes of boxes, whose distances are known, of some hundred triangles and more, with faults of each
-kind, and meshes with gaps read with one tolerance after another. Writes two tables into meshes.md,
-and mesh_repairs.png. Times are the processor's, the least of two; nothing is read that was kept of
-an earlier run.
+kind, and meshes with gaps read with one tolerance after another. Writes mesh_repairs.csv and
+mesh_repairs.png, and the largest mesh of each kind into meshes.md. Times are the processor's, the
+least of two; nothing is read that was kept of an earlier run.
 """
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
+import csv
 from functools import partial
 import os
 from pathlib import Path
@@ -34,7 +35,16 @@ from scene_graph_ros.geometry.tables.shape_table import build_shape_table
 sys.path.insert(0, str(Path(__file__).parents[1] / "test" / "support"))
 from boxes_in_one_mesh import Boxes  # type: ignore[import-not-found]
 
-__all__ = ["GAPS", "KINDS", "Row", "main", "measure", "table_of", "table_of_tolerances"]
+__all__ = [
+    "GAPS",
+    "KINDS",
+    "Row",
+    "main",
+    "measure",
+    "table_of",
+    "table_of_tolerances",
+    "write",
+]
 
 _DOCS = Path(__file__).parents[1] / "docs"
 _START, _END = "<!-- measured: repairs -->", "<!-- end -->"
@@ -212,6 +222,15 @@ def table_of_tolerances(rows: list[Row]) -> list[str]:
     return lines
 
 
+def write(rows: list[Row], path: Path) -> None:
+    """Write rows as a file for programs."""
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(Row._fields)
+        for row in rows:
+            writer.writerow([f"{v:.3g}" if isinstance(v, float) else v for v in row])
+
+
 def _draw_tolerances(axes: Any, rows: list[Row]) -> None:
     """Plot errors against times, a line for each mesh; full marks are solids."""
     for kind in GAPS:
@@ -271,15 +290,16 @@ def main() -> None:
             print(f"{rows[-1].kind}, {rows[-1].triangles}: {rows[-1].reading:.3g} s", flush=True)
     count = sizes[0] if options.quick else _OF_TOLERANCES
     of_tolerances = [measure(kind, count, tolerance) for kind in GAPS for tolerance in _TOLERANCES]
-    lines = [*table_of(rows), "", *table_of_tolerances(of_tolerances)]
-    print("\n".join(["", *lines]))
+    print("\n".join(["", *table_of(rows), "", *table_of_tolerances(of_tolerances)]))
     if options.quick:
         return
+    write([*rows, *of_tolerances], options.out / "mesh_repairs.csv")
     draw(rows, of_tolerances, options.out / "mesh_repairs.png")
     page = options.out / "meshes.md"
     before, _, rest = page.read_text().partition(_START)
     after = rest.partition(_END)[2]
-    told = "\n".join(["", "", machine(load).strip(), "", *lines, "", ""])
+    largest = table_of([row for row in rows if row.triangles > _SIZES[1] * 2])
+    told = "\n".join(["", "", machine(load).strip(), "", *largest, "", ""])
     page.write_text(before + _START + told + _END + after)
 
 

@@ -35,6 +35,8 @@ HAND = "panda_hand"
 PADDING = 0.01
 """m that the robot keeps from what it saw, beside the points' radii."""
 THINGS = ("carton", "vase", "ball")
+LONGEST = 1.3
+"""m: no point of the robot is farther from a joint's axis, so none moves more per radian."""
 SPEED = 0.15
 """Of the joints' velocities: a robot that looks where it goes goes slowly."""
 MOST_PLANS = 8
@@ -85,14 +87,20 @@ def nearest_to_things(scene: Path, moments: list[list[float]]) -> tuple[float, s
     tree, frames = RobotDiagram.of_scene(graph, loaded).tree, panda.robot.link_frames
     context = graph.create_default_context()
     query, best, q = graph.query_object(context), (np.inf, ""), np.array(START)
+    # Where the robot was when it was measured last, and its distance then.
+    measured, distance = q.copy(), -np.inf
     for moment in moments:
         q[: len(moment)] = moment  # the fingers stay where they are
+        if distance - LONGEST * np.abs(q - measured).sum() >= best[0]:
+            continue  # since then it can't have come nearer than it was before
+        measured, distance = q.copy(), 0.3
         X_WL = tree.link_poses(q, list(frames))
         context.set_frame_poses(panda.source_id, dict(zip(frames.values(), X_WL, strict=True)))
-        for pair in query.compute_signed_distance_pairwise_closest_points(min(best[0], 0.3)):
+        for pair in query.compute_signed_distance_pairwise_closest_points(distance):
             ids = {pair.id_A, pair.id_B}
             if ids & robot and ids & names.keys():
                 (thing,) = ids & names.keys()
+                distance = min(distance, pair.distance)
                 best = min(best, (pair.distance, names[thing]))
     return best
 

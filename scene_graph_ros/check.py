@@ -9,7 +9,7 @@ usable, 1 if one is not, and 2 for a wrong call.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 import json
 from pathlib import Path
@@ -31,14 +31,11 @@ from scene_graph_ros.mesh_check import (
 )
 from scene_graph_ros.node.effects.declarations import EFFECT_NAMES
 from scene_graph_ros.node.effects.demand import count_compliant, count_deformable
-from scene_graph_ros.node.runtime.names import NODE_NAME
-from scene_graph_ros.node.runtime.parameter import GIVEN_BY_ROS
-from scene_graph_ros.node.runtime.parameter_checks import validate
-from scene_graph_ros.node.runtime.parameter_sections import full_name, reaches, sections_of
-from scene_graph_ros.node.runtime.parameters import PARAMETERS
+from scene_graph_ros.node.runtime.parameter_sections import sections_of
 from scene_graph_ros.node.topic_names import topic_problems
 from scene_graph_ros.node.world.half_spaces import check_half_spaces
 from scene_graph_ros.node.world.source_topics import SourceTopic, topics_of
+from scene_graph_ros.parameter_check import check_parameters
 from scene_graph_ros.robots.registration import register_robot
 from scene_graph_ros.robots.robot_model import RobotModel
 from scene_graph_ros.robots.semantic_model import SemanticModel
@@ -193,61 +190,17 @@ class Checker:
         report.summary = _semantics(semantics, self._robot)
 
     def _check_parameters(self, report: Report, document: YamlDocument) -> None:
-        count = 0
-        for path, values in sections_of(document.data):
-            place = document.location(*path)
-            if not isinstance(values, dict):
-                report.errors.append(f"{place}: must be a mapping")
-            elif self._is_ours(path):
-                count += len(values)
-                self._check_values(report, document, path, values)
-                if self._node:
-                    report.notes.append(f"{place}: {self._node} takes {', '.join(values)}")
-            elif self._node:
-                report.warnings.append(
-                    f"{place}: {self._node} takes none of these, which are for {full_name(path)}"
-                )
-            else:
-                report.warnings.append(f"{place}: another node's, not checked")
-        if self._node and not count:
-            report.warnings.append(f"{report.file}: {self._node} takes nothing of this file")
-        report.summary = _count(count, "parameter")
-
-    def _is_ours(self, path: tuple[str | int, ...]) -> bool:
-        """Tell whether parameters reach the node, or one with this package's usual name."""
-        if self._node:
-            return reaches(path, self._node)
-        return full_name(path).rpartition("/")[2] in (NODE_NAME, "*", "**")
-
-    def _check_values(
-        self,
-        report: Report,
-        document: YamlDocument,
-        path: tuple[str | int, ...],
-        values: Mapping[str, Any],
-    ) -> None:
-        known = [parameter.name for parameter in PARAMETERS]
-        ours = {}
-        for name, value in values.items():
-            if name.partition(".")[0] in GIVEN_BY_ROS:
-                continue
-            place = document.location(*path, name)
-            if name not in known:
-                hint = suggestion(name, known)
-                report.warnings.append(f"{place}: nothing declares this parameter{hint}")
-                continue
-            ours[name] = value
-            for problem in validate({name: value}):
-                report.errors.append(f"{place}: {problem.removeprefix(f'{name} ')}")
-        if not report.errors:
-            # What is wrong with values only together has no line of its own.
-            report.errors.extend(f"{document.location(*path)}: {p}" for p in validate(ours))
-        scene = ours.get("scene")
-        if isinstance(scene, str) and scene and not report.errors:
+        found = check_parameters(document, self._node)
+        report.errors.extend(found.errors)
+        report.warnings.extend(found.warnings)
+        report.notes.extend(found.notes)
+        for place, scene in found.scenes:
             nested = self.check(scene)
-            place = document.location(*path, "scene")
             report.errors.extend(f"{place}: {error}" for error in nested.errors)
             report.warnings.extend(nested.warnings)
+        if self._node and not found.taken:
+            report.warnings.append(f"{report.file}: {self._node} takes nothing of this file")
+        report.summary = _count(found.taken, "parameter")
 
 
 def _place_of_topic(scene: Scene, topic: SourceTopic) -> tuple[str | int, ...]:

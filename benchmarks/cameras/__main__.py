@@ -2,9 +2,9 @@
 
 Every frame has new poses, which are part of its time: that of the processor, as all draw by
 software. Depths are compared with the truth in 50 digits at pixels drawn at random. Writes
-cameras.csv, the table of cameras.md and a plot, in two minutes of the processor. Renderers that
-are not installed, or have no display, are left out, and that is said; ``make peers`` installs all
-but embreex.
+cameras.csv, the summary in cameras_measured.md and a plot, in two minutes of the processor.
+Renderers that are not installed, or have no display, are left out, and that is said; ``make
+peers`` installs all but embreex.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ def _draw(rows: Sequence[Row], folder: Path) -> None:
     from benchmarks.cameras import plots
 
     plots.write(rows, folder)
-    print(f"wrote cameras.csv, cameras.md and {plots.NAME} to {folder}")
+    print(f"wrote cameras.csv, cameras_measured.md and {plots.NAME} to {folder}")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The measured rows as a table for programs (CSV) and the table of docs/cameras_measured.md."""
+"""The measured rows as a file for programs, a table to print, and one of cameras_measured.md."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from benchmarks.cameras.engines import Ours
 from benchmarks.cameras.measure import Row, UNROUNDED
 
-__all__ = ["read", "table", "write"]
+__all__ = ["read", "summary", "table", "write"]
 
 _START, _END = "<!-- measured -->", "<!-- end -->"
 _HEADER = ("", "depth", "label", "colour", "all three", "error of depth (m)", "elsewhere")
@@ -26,7 +26,7 @@ def read(path: Path) -> list[Row]:
 
 
 def write(rows: Sequence[Row], notes: str, folder: Path) -> None:
-    """Write cameras.csv, and the table of cameras.md below ``notes`` on the machine.
+    """Write cameras.csv, and the summary in cameras_measured.md below ``notes`` on the machine.
 
     Raises ValueError where the page has no place for it, between two comments.
     """
@@ -34,12 +34,12 @@ def write(rows: Sequence[Row], notes: str, folder: Path) -> None:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(_COLUMNS)
         writer.writerows([_text(getattr(row, name)) for name in _COLUMNS] for row in rows)
-    page = folder / "cameras.md"
+    page = folder / "cameras_measured.md"
     before, start, rest = page.read_text().partition(_START)
     _, end, after = rest.partition(_END)
     if not start or not end:
         raise ValueError(f"{page} has no part between {_START} and {_END} to write to")
-    page.write_text(f"{before}{start}\n\n{notes}\n{table(rows)}\n{end}{after}")
+    page.write_text(f"{before}{start}\n\n{notes}\n{summary(rows)}\n{end}{after}")
 
 
 def _text(value: str | float) -> str:
@@ -77,3 +77,28 @@ def table(rows: Sequence[Row]) -> str:
                 times = [""] * len(names)
             lines.append((row.engine, *times, _error(row), f"{row.elsewhere} of {row.pixels}"))
     return "\n".join(f"| {' | '.join(line)} |" for line in lines) + "\n"
+
+
+def summary(rows: Sequence[Row]) -> str:
+    """Return a line for each scene: milliseconds of depth, label and colour, by renderer.
+
+    A renderer of depths alone stands with these, beside our depths.
+    """
+    engines = [name for name in dict.fromkeys(row.engine for row in rows) if name != UNROUNDED]
+    lines = [("", *engines), ("---", *["---:"] * len(engines))]
+    for scene in dict.fromkeys(row.scene for row in rows):
+        inside = {row.engine: row for row in rows if row.scene == scene}
+        lines.append(
+            (next(iter(inside.values())).title, *(_all(inside, name) for name in engines))
+        )
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines) + "\n"
+
+
+def _all(inside: dict[str, Row], engine: str) -> str:
+    row, ours = inside.get(engine), inside[Ours.name]
+    if row is None:
+        return ""
+    if np.isnan(row.all_ms):
+        depth = _time(row.depth_ms, ours.depth_ms, is_ours=False)
+        return f"depth: {depth}" if depth else ""
+    return _time(row.all_ms, ours.all_ms, is_ours=engine == Ours.name)

@@ -11,7 +11,16 @@ from benchmarks.speed.engines.ours import Ours
 from benchmarks.speed.measure import ENGINES, Measurement
 from benchmarks.speed.rows import BUILDING, ROWS, SURFACE_ROWS
 
-__all__ = ["COMPLIANT", "MIXED", "first_table", "read", "summary_table", "table", "write"]
+__all__ = [
+    "COMPLIANT",
+    "MIXED",
+    "first_table",
+    "ratio_table",
+    "read",
+    "summary_table",
+    "table",
+    "write",
+]
 
 MIXED = "mixed"
 COMPLIANT = "compliant"
@@ -93,6 +102,22 @@ def table(rows: Sequence[Measurement]) -> str:
     return "\n".join(lines) + "\n"
 
 
+def ratio_table(rows: Sequence[Measurement]) -> str:
+    """Return a line for each row of one scene: how many times as long the fastest peer took."""
+    sizes = sorted({m.size for m in rows})
+    lines = [
+        f"| fastest peer / ours, N = | {' | '.join(map(str, sizes))} |",
+        "| --- |" + " ---: |" * len(sizes),
+    ]
+    groups = _groups(rows)
+    scene = rows[0].scene
+    for key in (key for key in _TITLES if any(m.row == key for m in rows)):
+        found = [ratio(groups.get((scene, size, key), [])) for size in sizes]
+        cells = ["—" if r is None else f"**{_number(r)}**" for r in found]
+        lines.append(f"| {_TITLES[key]} | {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"
+
+
 def _main_lines(
     rows: Sequence[Measurement], column: str
 ) -> Iterator[tuple[str, Measurement, str]]:
@@ -140,7 +165,8 @@ def write(rows: Sequence[Measurement], titles: dict[str, str], notes: str, folde
     for key, title in titles.items():
         mine = [m for m in rows if m.scene == key]
         if mine:
-            parts += [f"### {title[0].upper()}{title[1:]}\n", table(mine)]
+            shown = table if len({m.size for m in mine}) == 1 else ratio_table
+            parts += [f"### {title[0].upper()}{title[1:]}\n", shown(mine)]
             if key == MIXED:
                 parts.append("![Time against the number of shapes](performance.png)\n")
     parts.append("![Time in the other scenes](performance_scenes.png)\n")

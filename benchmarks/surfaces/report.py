@@ -117,32 +117,34 @@ def _span(texts: Sequence[str]) -> str:
 
 
 def shapes_table(rows: Sequence[Row]) -> str:
-    """Return a line for each case and engine, at the middle resolution, with its order."""
+    """Return a line for each case at the middle resolution: ours, and after it Drake's."""
     lines = []
     for shapes, detail in dict.fromkeys((row.shapes, row.detail) for row in rows):
-        for engine in (Ours.name, Drake.name):
-            mine = [
-                row
-                for row in rows
-                if (row.shapes, row.detail, row.engine, row.representation)
-                == (shapes, detail, engine, _LINE)
-            ]
-            if not mine:
-                continue
-            hint = np.nan if np.isnan(mine[0].hint_m) else HINTS[2]
-            row = next(r for r in mine if r.hint_m == hint or np.isnan(hint))
-            lines.append(
-                [
-                    f"{shapes}, {detail}: {engine}",
-                    _percent(row.force_error),
-                    _percent(row.area_error),
-                    _millimetres(row.centre_error_m),
-                    "" if np.isnan(row.faces) else f"{row.faces:.0f}",
-                    _time(worst([row], "force_error")[0]),
-                    _order(mine),
-                ]
-            )
+        cells = [
+            _cells([row for row in rows
+                    if (row.shapes, row.detail, row.engine, row.representation)
+                    == (shapes, detail, engine, _LINE)])
+            for engine in (Ours.name, Drake.name)
+        ]  # fmt: skip
+        both = [", ".join(filter(None, pair)) for pair in zip(*cells, strict=True)]
+        lines.append([f"{shapes}, {detail}", *both])
     return _markdown(_HEADER, lines)
+
+
+def _cells(mine: Sequence[Row]) -> list[str]:
+    """Return the cells of one engine's rows of a case, one row for each resolution."""
+    if not mine:
+        return [""] * (len(_HEADER) - 1)
+    hint = np.nan if np.isnan(mine[0].hint_m) else HINTS[2]
+    row = next(r for r in mine if r.hint_m == hint or np.isnan(hint))
+    return [
+        _percent(row.force_error),
+        "" if np.isnan(row.area_error) else _percent(row.area_error),
+        _millimetres(row.centre_error_m),
+        "" if np.isnan(row.faces) else f"{row.faces:.0f}",
+        _time(worst([row], "force_error")[0]),
+        _order(mine),
+    ]
 
 
 def _order(rows: Sequence[Row]) -> str:

@@ -8,15 +8,12 @@ import time
 from typing import Any
 
 import rclpy
-from rclpy.qos import QoSProfile, ReliabilityPolicy
-from sensor_msgs.msg import PointCloud2
 from visualization_msgs.msg import Marker
 
-from common.world_planner import NODE, pointing_down, RATE, WorldPlanner
+from common.world_planner import pointing_down, RATE, WorldPlanner
 from msg_adapters.trajectories import joint_trajectory_from_msg
 from scene_graph_msgs.msg import PlanHolds
 
-CAMERA = "wrist_camera"
 AHEAD = 0.045
 """Seconds of its trajectory at full speed that the robot goes at most beyond what the node has
 looked at; slower trajectories take longer for the same way."""
@@ -31,32 +28,20 @@ class LookingPlanner(WorldPlanner):
         """Go at a share of the joints' velocities."""
         super().__init__(with_pictures=True)
         self._speed = speed
-        self._seen: list[tuple[int, int]] = []
-        """Stamps of images whose points the node has, and when it was heard that it has, ns."""
         self._sent: list[int] = []
         self._sent_at: list[float] = []
         """When states of the trajectory were sent, ns, and which times of it they were, s."""
-        qos = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
-        topic = f"{NODE}/sensed/{CAMERA}"
-        self.node.create_subscription(PointCloud2, topic, self._take_points, qos)
         self.moments: list[list[float]] = []
         """Configurations that the robot was in."""
 
-    def _take_points(self, message: PointCloud2) -> None:
-        stamp = message.header.stamp
-        now = self.node.get_clock().now().nanoseconds
-        self._seen.append((stamp.sec * 10**9 + stamp.nanosec, now))
-
     def _is_ahead(self, at: float, goal_id: bytes) -> bool:
-        """Tell whether a time of the trajectory is too far beyond what was looked at.
+        """Tell whether a time of the trajectory is too far beyond where the robot looked.
 
-        That is the newest image that the path was proven for: the proof is of joint states that
-        were sent after the image's points had come.
+        That is where it was at the stamp of the newest image that the path was proven for, which
+        is the proof's stamp.
         """
         stamp = self._about(goal_id)[-1].header.stamp
-        proven = stamp.sec * 10**9 + stamp.nanosec
-        known = max((taken for taken, heard in self._seen if heard < proven), default=0)
-        row = bisect_right(self._sent, known) - 1
+        row = bisect_right(self._sent, stamp.sec * 10**9 + stamp.nanosec) - 1
         return at > (self._sent_at[row] if row >= 0 else 0.0) + AHEAD / self._speed
 
     def wait_for_node(self) -> None:

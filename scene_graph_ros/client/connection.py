@@ -13,7 +13,6 @@ from typing import Any
 import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.qos import QoSProfile
 
 from scene_graph_msgs import srv
 from scene_graph_msgs.msg import Status
@@ -194,23 +193,6 @@ class Connection:
                 if not is_later or now > end:
                     raise
             time.sleep(_AGAIN)
-
-    def next_message(
-        self, kind: Any, topic: str, qos: QoSProfile | int = 10, timeout: float | None = None
-    ) -> Any:
-        """Return the next message of a topic, by its name below the node's. Raises WorldError."""
-        got: list[Any] = []
-
-        def take(message: Any) -> None:
-            got.append(message)
-            self.notify()
-
-        name = topic if topic.startswith("/") else f"{self.target}/{topic}"
-        subscription = self.node.create_subscription(kind, name, take, qos)
-        try:
-            return self.wait(lambda: got and got[0], f"a message on {name}", timeout)
-        finally:
-            self.node.destroy_subscription(subscription)
 
 
 def check(status: Any, what: str) -> None:

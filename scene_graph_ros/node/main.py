@@ -7,6 +7,7 @@ import sys
 from typing import NoReturn
 
 from scene_graph_ros.node.runtime.ending import Ending
+from scene_graph_ros.node.runtime.garbage_collection import start_without
 
 __all__ = ["main"]
 
@@ -14,6 +15,7 @@ __all__ = ["main"]
 def main(args: Sequence[str] | None = None) -> NoReturn:
     """Run the node until SIGINT or SIGTERM, and end the process."""
     ending = Ending()
+    start_without()
     try:
         from scene_graph_ros.node.process import run
 

@@ -42,7 +42,7 @@ class _Checker:
         self._unique_sources()
         self._frames()
         self._geometries()
-        self._clouds()
+        self._sensors()
         self._voxel_grids()
         self._cameras()
         self._filters()
@@ -82,24 +82,31 @@ class _Checker:
         else:
             places[name] = path
 
-    def _clouds(self) -> None:
-        """Check that sensors fill clouds that there are, and those that remember anchored ones."""
+    def _sensors(self) -> None:
+        """Check that sensors fill geometry that there is, and those that remember anchored one."""
         known = {s.name for s in self.spec.sources} | {r.name for r in self.spec.robots}
+        kinds = {s.name: s.filled_type for s in self.spec.sources}
         for index, source in enumerate(self.spec.sources):
             sensor, key = source.sensor, "points" if source.points else "depth"
             if sensor is None:
                 continue
             filled = source.name if sensor.fills is None else sensor.fills
+            kind = kinds.get(filled, "point_cloud")
             own = [g for g in self.spec.geometries if g.source == filled]
-            clouds = {g.name: g.frame for g in own if g.shape.type == "point_cloud"}
+            there = {g.name: g.frame for g in own if g.shape.type == kind}
             if filled not in known:
                 hint = suggestion(filled, known)
                 self.report(f"there is no source {filled!r}{hint}", "sources", index, key, "fills")
-            name = sensor.geometry
-            if name is not None and name not in clouds:
-                hint = suggestion(name, clouds)
+            if kind == "voxel_grid" and source.points is not None and not source.points.remember:
                 self.report(
-                    f"source {source.name!r} has no point_cloud {name!r}{hint}",
+                    f"the voxel grid of {filled!r} holds what was seen: say remember: true",
+                    *("sources", index, key),
+                )
+            name = sensor.geometry
+            if name is not None and name not in there:
+                hint = suggestion(name, there)
+                self.report(
+                    f"source {source.name!r} has no {kind} {name!r}{hint}",
                     *("sources", index, key, "geometry"),
                 )
             for row, removed in enumerate(sensor.remove or ()):
@@ -110,12 +117,12 @@ class _Checker:
             replaces = source.points is not None and not source.points.remember
             if replaces and sensor.fills is None:
                 continue
-            for each, frame in clouds.items():
+            for each, frame in there.items():
                 if each == (name or each) and frame != "world":
                     self.report(
-                        f"the cloud {each!r} is on frame {frame!r}, and images of depth, and"
-                        " sensors that remember or fill another source's, fill clouds that are"
-                        " anchored: leave its frame out",
+                        f"the {kind} {each!r} is on frame {frame!r}, and images of depth, and"
+                        " sensors that remember or fill another source's, fill what is anchored:"
+                        " leave its frame out",
                         *("sources", index, key),
                     )
 

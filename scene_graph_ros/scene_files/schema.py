@@ -115,7 +115,9 @@ class SourceSpec(HandleSpec):
         None, description="Default for a source with a cloud: the topic's default."
     )
     depth: DepthSpec | None = Field(
-        None, description="In place of points: images of depth, of which its cloud is made."
+        None,
+        description="In place of points: images of depth, of which its cloud is made, or a grid "
+        "of voxels.",
     )
     voxels: VoxelsSpec | None = Field(
         None, description="Default for a source with a voxel grid: flat maps, the topic's default."
@@ -126,10 +128,17 @@ class SourceSpec(HandleSpec):
         """What it says of its sensor."""
         return self.points or self.depth
 
+    @property
+    def filled_type(self) -> str:
+        """The type of shape that sensors fill of it."""
+        return "point_cloud" if self.sensor is None else self.sensor.into
+
     @model_validator(mode="after")
     def _one_sensor(self) -> SourceSpec:
         if self.points is not None and self.depth is not None:
             raise ValueError("give points or depth, not both: have a source for each sensor")
+        if self.voxels is not None and self.filled_type == "voxel_grid":
+            raise ValueError("maps fill its voxel grid, or its sensor does: give one of them")
         return self
 
 

@@ -54,10 +54,17 @@ class SensorSpec(Spec):
         "z ahead.",
     )
     geometry: Name | None = Field(
-        None, description="Which of its clouds is filled, of a source that has several."
+        None,
+        description="Which of its clouds, or grids, is filled, of a source that has several.",
+    )
+    into: Literal["point_cloud", "voxel_grid"] = Field(
+        "point_cloud",
+        description="What of the source is filled: its cloud, or its voxel grid, of which rays "
+        "free what they go through; what they do not show stays as it was, such as unknown.",
     )
     fills: Name | None = Field(
-        None, description="The source whose cloud is filled in place of its own, with others."
+        None,
+        description="The source whose cloud, or grid, is filled in place of its own, with others.",
     )
     rate: Rate | None = Field(None, description="Most messages used per second; default: all.")
     range: Span | None = Field(
@@ -78,7 +85,9 @@ class SensorSpec(Spec):
         0.02, description="A ray that goes on behind a point by more than this clears it, metres."
     )
     expires: Positive | None = Field(
-        None, description="Seconds after which a point that was not seen again is gone."
+        None,
+        description="Seconds after which a point that was not seen again is gone; a voxel is "
+        "unknown then.",
     )
     region: RegionSpec | None = Field(None, description="What is outside of it is no point.")
     floor: Coordinate | None = Field(
@@ -93,6 +102,8 @@ class SensorSpec(Spec):
             raise ValueError("pose needs the frame that it is given in")
         if self.fills is not None and self.geometry is not None:
             raise ValueError("geometry is named by the source that is filled, of its own sensor")
+        if self.fills is not None and "into" in self.model_fields_set:
+            raise ValueError("into is said by the source that is filled, of its own sensor")
         return self
 
 
@@ -124,6 +135,12 @@ class PointsSpec(SensorSpec):
         description="Points hold until a later ray goes through them, or they expire; else each "
         "message has all points of its sensor.",
     )
+
+    @model_validator(mode="after")
+    def _holds(self) -> PointsSpec:
+        if self.into == "voxel_grid" and not self.remember:
+            raise ValueError("into: voxel_grid needs remember: true: a grid holds what was seen")
+        return self
 
 
 class VoxelsSpec(Spec):

@@ -39,7 +39,9 @@ class SensorSettings:
     X_FS: NDArray[np.float64]
     """The sensor's pose ``(4, 4)`` in that frame."""
     fills: str = ""
-    """The source whose cloud is filled, "" for the sensor's own."""
+    """The source whose geometry is filled, "" for the sensor's own."""
+    into_voxels: bool = False
+    """Whether that of its own source is a voxel grid in place of a cloud."""
     rate: float
     """Most messages per second, infinite for all."""
     near: float = 0.0

@@ -34,6 +34,7 @@ def sensor_settings(spec: SensorSpec, prefix: str) -> SensorSettings:
         frame=prefix + frame if "/" in frame else frame,
         X_FS=pose_from_spec(spec.pose, "pose"),
         fills="" if spec.fills is None else prefix + spec.fills,
+        into_voxels=spec.into == "voxel_grid",
         rate=spec.rate or math.inf,
         near=near,
         far=far,

@@ -8,6 +8,7 @@ through them. `voxels_after` keeps a grid of voxels in the same way: free, occup
 from scene_graph_ros.sensing.cloud_view import CloudView
 from scene_graph_ros.sensing.depth_view import DepthRules, DepthView, NewPoints
 from scene_graph_ros.sensing.seen_points import Counts, SeenPoints
+from scene_graph_ros.sensing.seen_voxels import SeenVoxels, VoxelsSeen
 from scene_graph_ros.sensing.self_filter import Body, SelfFilter
 from scene_graph_ros.sensing.voxel_map import VoxelCounts, voxels_after
 
@@ -19,7 +20,9 @@ __all__ = [
     "DepthView",
     "NewPoints",
     "SeenPoints",
+    "SeenVoxels",
     "SelfFilter",
     "VoxelCounts",
+    "VoxelsSeen",
     "voxels_after",
 ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.sensing.depth_kernels import CLEARED, KEPT, SEEN_AGAIN
 from scene_graph_ros.sensing.depth_view import NewPoints
+
+if TYPE_CHECKING:
+    from scene_graph_ros.sensing.self_filter import SelfFilter
 
 __all__ = ["Counts", "SeenPoints", "View"]
 
@@ -118,6 +121,10 @@ class SeenPoints:
     def since(self, stamp: int, sensor: int = 0) -> SeenPoints:
         """Return the points that a sensor saw at a time, ns, or later, and all of the others."""
         return self.only((self.stamps >= stamp) | (self.sensors != sensor))
+
+    def without(self, load: SelfFilter, padding: float) -> SeenPoints:
+        """Return the points that are farther than ``padding``, m, from a robot's load."""
+        return self.only(~load.near(self.p_WPs, padding))
 
     def only(self, kept: NDArray[np.bool_]) -> SeenPoints:
         """Return the points that are marked ``(n,)``, the same object for all."""

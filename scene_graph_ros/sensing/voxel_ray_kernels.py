@@ -14,7 +14,16 @@ from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.shapes.voxel_grid import Voxel
 from scene_graph_ros.sensing.depth_kernels import EDGE, OPEN
 
-__all__ = ["BLOCK", "LEVELS", "TILE", "mark_hits", "mark_seen_through", "take_depths"]
+__all__ = [
+    "BLOCK",
+    "LEVELS",
+    "TILE",
+    "cast_on_face",
+    "mark_hits",
+    "mark_point_hits",
+    "mark_seen_through",
+    "take_depths",
+]
 
 BLOCK = 8
 """Voxels along an edge of a block that is looked at as a whole first."""
@@ -25,6 +34,8 @@ TILE = 16
 _FREE, _OCCUPIED = int(Voxel.FREE), int(Voxel.OCCUPIED)
 _OUTWARD = 1e-9
 """A projection is made wider by so many pixels, beyond all rounding."""
+_SINGLE = 2e-7
+"""Of a depth in single precision: it is made nearer by more than rounding."""
 
 
 @lean_kernel
@@ -190,6 +201,29 @@ def mark_seen_through(least, largest, lens, X_CG, voxel, near, margin, states):
     return count
 
 
+@inlined_kernel
+def _hit(p_C, X_WC, X_GW, region, voxel, states):
+    """Mark the voxel of a point as occupied; return 1 where it was not."""
+    x, y, z = p_C
+    p = X_WC[0, 0] * x + X_WC[0, 1] * y + X_WC[0, 2] * z + X_WC[0, 3]
+    q = X_WC[1, 0] * x + X_WC[1, 1] * y + X_WC[1, 2] * z + X_WC[1, 3]
+    r = X_WC[2, 0] * x + X_WC[2, 1] * y + X_WC[2, 2] * z + X_WC[2, 3]
+    if p < region[0, 0] or q < region[0, 1] or r < region[0, 2]:
+        return 0
+    if p > region[1, 0] or q > region[1, 1] or r > region[1, 2]:
+        return 0
+    a = (X_GW[0, 0] * p + X_GW[0, 1] * q + X_GW[0, 2] * r + X_GW[0, 3]) / voxel
+    b = (X_GW[1, 0] * p + X_GW[1, 1] * q + X_GW[1, 2] * r + X_GW[1, 3]) / voxel
+    c = (X_GW[2, 0] * p + X_GW[2, 1] * q + X_GW[2, 2] * r + X_GW[2, 3]) / voxel
+    nx, ny, nz = states.shape
+    if a < 0.0 or b < 0.0 or c < 0.0 or a >= nx or b >= ny or c >= nz:
+        return 0
+    if states[int(a), int(b), int(c)] == _OCCUPIED:
+        return 0
+    states[int(a), int(b), int(c)] = _OCCUPIED
+    return 1
+
+
 @lean_kernel
 def mark_hits(depth, mask, step, lens, ranges, X_WC, X_GW, region, voxel, states):
     """Mark voxels that have a pixel's point as occupied; return how many were not.
@@ -198,7 +232,6 @@ def mark_hits(depth, mask, step, lens, ranges, X_WC, X_GW, region, voxel, states
     are the corners of a box of W: outside of it there is no point.
     """
     height, width = depth.shape
-    nx, ny, nz = states.shape
     count = 0
     for v in range(height):
         for u in range(width):
@@ -206,19 +239,52 @@ def mark_hits(depth, mask, step, lens, ranges, X_WC, X_GW, region, voxel, states
             if not z >= ranges[0] or z > ranges[1] or mask[v // step, u // step] != OPEN:
                 continue
             x, y = (u - lens.cx) / lens.fx * z, (v - lens.cy) / lens.fy * z
-            p = X_WC[0, 0] * x + X_WC[0, 1] * y + X_WC[0, 2] * z + X_WC[0, 3]
-            q = X_WC[1, 0] * x + X_WC[1, 1] * y + X_WC[1, 2] * z + X_WC[1, 3]
-            r = X_WC[2, 0] * x + X_WC[2, 1] * y + X_WC[2, 2] * z + X_WC[2, 3]
-            if p < region[0, 0] or q < region[0, 1] or r < region[0, 2]:
-                continue
-            if p > region[1, 0] or q > region[1, 1] or r > region[1, 2]:
-                continue
-            a = (X_GW[0, 0] * p + X_GW[0, 1] * q + X_GW[0, 2] * r + X_GW[0, 3]) / voxel
-            b = (X_GW[1, 0] * p + X_GW[1, 1] * q + X_GW[1, 2] * r + X_GW[1, 3]) / voxel
-            c = (X_GW[2, 0] * p + X_GW[2, 1] * q + X_GW[2, 2] * r + X_GW[2, 3]) / voxel
-            if a < 0.0 or b < 0.0 or c < 0.0 or a >= nx or b >= ny or c >= nz:
-                continue
-            if states[int(a), int(b), int(c)] != _OCCUPIED:
-                states[int(a), int(b), int(c)] = _OCCUPIED
-                count += 1
+            count += _hit((x, y, z), X_WC, X_GW, region, voxel, states)
+    return count
+
+
+@lean_kernel
+def mark_point_hits(p_SPs, mask, ranges, X_WS, X_GW, region, voxel, states):
+    """Mark voxels that have one of a sensor's points as `mark_hits` does; ranges are distances."""
+    count = 0
+    for k in range(len(p_SPs)):
+        x, y, z = p_SPs[k, 0], p_SPs[k, 1], p_SPs[k, 2]
+        distance = math.sqrt(x * x + y * y + z * z)
+        if mask[k] == OPEN and ranges[0] <= distance <= ranges[1]:
+            count += _hit((x, y, z), X_WS, X_GW, region, voxel, states)
+    return count
+
+
+@lean_kernel
+def cast_on_face(p_SPs, mask, ranges, R_CS, lens, depth):
+    """Write the least depth of the rays in each pixel ``(h, w)`` of a camera C at S.
+
+    It is 0 where there is no ray, or one beside the robot, or one that ends too near. Returns how
+    many rays are in view.
+    """
+    height, width = depth.shape
+    depth[:, :] = np.float32(math.inf)
+    count = 0
+    for k in range(len(p_SPs)):
+        x, y, z = p_SPs[k, 0], p_SPs[k, 1], p_SPs[k, 2]
+        ahead = R_CS[2, 0] * x + R_CS[2, 1] * y + R_CS[2, 2] * z
+        if not ahead > 0.0:
+            continue
+        u = lens.fx * ((R_CS[0, 0] * x + R_CS[0, 1] * y + R_CS[0, 2] * z) / ahead) + lens.cx
+        v = lens.fy * ((R_CS[1, 0] * x + R_CS[1, 1] * y + R_CS[1, 2] * z) / ahead) + lens.cy
+        u, v = np.floor(u + 0.5), np.floor(v + 0.5)
+        if not (0.0 <= u < width and 0.0 <= v < height):
+            continue
+        count += 1
+        distance = math.sqrt(x * x + y * y + z * z)
+        if mask[k] == EDGE or not distance >= ranges[0]:
+            ahead = 0.0
+        elif distance > ranges[1]:
+            ahead *= ranges[1] / distance
+        end = np.float32(ahead * (1.0 - _SINGLE))
+        depth[int(v), int(u)] = min(depth[int(v), int(u)], end)
+    for i in range(height):
+        for j in range(width):
+            if depth[i, j] == np.float32(math.inf):
+                depth[i, j] = np.float32(0.0)
     return count

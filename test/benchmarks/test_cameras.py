@@ -120,9 +120,17 @@ def test_the_table_has_ratios_to_ours():
     assert cells[4][1:5] == [""] * 4
 
 
+def test_the_summary_has_a_line_for_each_scene():
+    """All three images, beside ours; a renderer of depths alone says so."""
+    depths = Row("mixed-10", "10 shapes", "Depths", 3.0, *[np.nan] * 3, 90, 1e-3, 2e-3, 0)
+    lines = report.summary([*_rows(), depths]).splitlines()
+    assert lines[0] == f"|  | {Ours.name} | Other | Depths |"
+    assert lines[2:] == ["| 10 shapes | 5 | depth: 20 (10 x) | depth: 3 (1.5 x) |"]
+
+
 def test_the_page_keeps_what_is_around_the_table(tmp_path):
     """And the file for programs is read as it was written."""
-    page = tmp_path / "cameras.md"
+    page = tmp_path / "cameras_measured.md"
     page.write_text("before\n<!-- measured -->\nold\n<!-- end -->\nafter\n")
     report.write(_rows(), "A machine.\n", tmp_path)
     text = page.read_text()

@@ -2,7 +2,7 @@
 
 import pytest
 
-from benchmarks.mesh_repairs import GAPS, KINDS, measure, table_of, table_of_tolerances
+from benchmarks.mesh_repairs import GAPS, KINDS, measure, Row, table_of, table_of_tolerances, write
 
 
 def test_each_kind_is_measured_and_exact():
@@ -25,3 +25,11 @@ def test_gaps_are_closed_by_tolerances_above_their_width():
     assert [row.is_closed for row in rows] == [False, True, False, True, True, True]
     assert [row.error < 1e-5 for row in rows] == [False, True, False, True, True, True]
     assert "| 1e-08 | no |" in table_of_tolerances(rows)[2]
+
+
+def test_the_file_has_all_columns(tmp_path):
+    """In seconds, a line for each mesh."""
+    write([Row("seams", 12, 0.25, 1e-8, 2e-6, 1e-6, True)], tmp_path / "rows.csv")
+    header, line = (tmp_path / "rows.csv").read_text().splitlines()
+    assert header.split(",") == list(Row._fields)
+    assert line == "seams,12,0.25,1e-08,2e-06,1e-06,True"

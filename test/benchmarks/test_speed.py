@@ -107,6 +107,15 @@ def test_tables_compare_with_the_fastest_peer_of_their_own(measured):
     assert report.first_table(measured).splitlines()[2:] == [line]
 
 
+def test_ratios_stand_by_the_size(measured):
+    """A line for each row, with what was not measured marked."""
+    (m, *_) = measured
+    twice = [*measured, m._replace(size=2 * m.size)]
+    lines = report.ratio_table(twice).splitlines()
+    assert lines[0] == f"| fastest peer / ours, N = | {m.size} | {2 * m.size} |"
+    assert lines[2:] == [f"| {ROW.title} | **0.5** | — |"]
+
+
 def test_measurements_are_read_as_they_were_written(measured, tmp_path):
     """The file has all figures."""
     report.write(measured, {report.MIXED: "mixed shapes"}, "", tmp_path)

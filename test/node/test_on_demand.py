@@ -100,6 +100,7 @@ OF_DEPTH = (
     "scene_graph_ros.node.effects.sensed_points",
     "scene_graph_ros.node.world.depth_channel",
 )
+OF_SENSED_GRIDS = ("scene_graph_ros.node.world.sensed_grids",)
 OF_BOTH = (
     "scene_graph_ros.geometry.meshes.volume",
     "meshio",
@@ -152,6 +153,13 @@ FIELD = """
   - name: ground
     source: s
     shape: {type: height_field, heights: [[0.2, 0.2], [0.2, 0.2]], size: [1, 1], floor: -1}
+    roles: {proximity: {}, illustration: {}}
+"""
+GRID = """
+  - name: space
+    source: s
+    pose: {xyz: [0, 0, 0.1]}
+    shape: {type: voxel_grid, voxel: 0.1, counts: [1, 1, 1], runs: [[2, 1]]}
     roles: {proximity: {}, illustration: {}}
 """
 CAMERA = """
@@ -242,4 +250,14 @@ def test_images_of_depth_come_with_their_settings(run):
     assert not [name for name in OF_DEPTH if name not in report["modules"]]
     assert {"/eye/depth", "/eye/camera_info", "/scene_graph/sensed/s"} <= set(report["topics"])
     assert "/s/points" not in report["topics"]
+    assert not [name for name in report["modules"] if name.startswith(OF_SENSED_GRIDS)]
+    assert report["contacts"] == [2, 0]
+
+
+def test_grids_that_images_fill_come_with_their_settings(run):
+    """Their modules and the images' topics, none of maps; and a voxel that is deep in the ball."""
+    report = run("", GRID, sources="{name: s, depth: {image: eye/depth, into: voxel_grid}}")
+    assert not [name for name in OF_SENSED_GRIDS if name not in report["modules"]]
+    assert {"/eye/depth", "/eye/camera_info", "/scene_graph/sensed/s"} <= set(report["topics"])
+    assert not {"/s/points", "/s/voxels"} & set(report["topics"])
     assert report["contacts"] == [2, 0]

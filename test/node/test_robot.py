@@ -121,7 +121,7 @@ def test_a_position_beyond_all_measure_changes_nothing(client, joints):
 def test_positions_out_of_order_are_not_even_remembered(client, joints):
     """A late message about one joint must not come back with the next about another."""
     now = client.now()
-    joints(stamp=now, slide=0.5)
+    joints(stamp=now, slide=0.5, elbow=-math.pi / 2)
     wait_until(lambda: where(client, "tool").position.z == 0.5, "a pose")
     joints(stamp=stamp_to_msg(stamp_from_msg(now) - 10**9), elbow=1.0)
     joints(shoulder=math.pi / 2)

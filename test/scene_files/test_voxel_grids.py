@@ -101,3 +101,44 @@ def test_settings_of_maps_are_those_of_their_source(tmp_path):
     assert scene.apply(SceneGraph()).sources["map"].voxels == VoxelSettings(
         geometry="two", topic="/map", occupied=50
     )
+
+
+SEEING = """
+version: 1
+sources:
+  - {name: eye, depth: {image: depth, into: voxel_grid}}
+  - {name: side, depth: {image: side, fills: eye}}
+geometries:
+  - {name: space, source: eye,
+     shape: {type: voxel_grid, voxel: 0.1, counts: [2, 2, 2], runs: [[2, 8]]}}
+"""
+
+
+def test_images_fill_the_grid_of_a_source_that_says_so(tmp_path):
+    """Those of another source that names it, too; else images make points of a cloud."""
+    sources = read(tmp_path, SEEING).apply(SceneGraph()).sources
+    assert sources["eye"].sensor.into_voxels
+    assert sources["side"].sensor.fills == "eye"
+    cloud = SEEING.replace(", into: voxel_grid", "")
+    assert not read(tmp_path, cloud).apply(SceneGraph()).sources["eye"].sensor.into_voxels
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("into: voxel_grid", "into: voxels", "into"),
+        ("into: voxel_grid", "into: voxel_grid, geometry: spac", "has no voxel_grid 'spac'"),
+        ("image: depth, into: voxel_grid}", "image: depth, into: voxel_grid}, voxels: {}",
+         "maps fill its voxel grid, or its sensor does"),
+        ("fills: eye", "fills: eye, into: voxel_grid", "into is said by the source that"),
+        ("depth: {image: side, fills: eye}", "points: {fills: eye}", "say remember: true"),
+        ("image: depth", "image: depth}, points: {remember: true", "give points or depth"),
+        ("depth: {image: depth,", "points: {", "needs remember: true"),
+        ("source: eye", "source: eye, frame: post", "the voxel_grid 'space' is on frame 'post'"),
+    ],
+)  # fmt: skip
+def test_images_that_can_not_fill_a_grid_are_named(tmp_path, old, new, told):
+    """With the settings that contradict each other, or the frame."""
+    frames = "frames: [{name: post, source: eye}]\ngeometries:"
+    with pytest.raises(SceneFileError, match=told):
+        read(tmp_path, SEEING.replace(old, new).replace("geometries:", frames))

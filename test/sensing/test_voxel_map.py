@@ -1,12 +1,14 @@
 """Voxels that images of depth fill: against rays that are followed one by one."""
 
+import math
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from scene_graph_ros.geometry import Voxel
 from scene_graph_ros.geometry.perception import CameraIntrinsics
-from scene_graph_ros.sensing import DepthRules, DepthView, voxels_after
+from scene_graph_ros.sensing import CloudView, DepthRules, DepthView, voxels_after
 from scene_graph_ros.sensing.depth_kernels import EDGE, ROBOT
 
 LENS = CameraIntrinsics(48, 36, 30.0, 33.0, 23.2, 17.7)
@@ -199,3 +201,93 @@ def test_a_camera_within_the_grid_and_voxels_about_it():
         assert after[5, 5, 5] != FREE
         far = (np.arange(11) + 1 - 5.5) * voxel
         assert (after[:, :, (far - voxel < 0.5) | (far > 5.0 - 0.02)] != FREE).all()
+
+
+TANGENT = 1.125
+
+
+def faces_by_hand(states, voxel, X_SG, cloud):
+    """Return the states by the definition: six images, pixel by pixel, and the points."""
+    rules, result = cloud.rules, states.copy()
+    distance = np.linalg.norm(cloud.p_SPs, axis=1)
+    side = math.ceil(2.0 * TANGENT / (2.0 * cloud.grid.edge))
+    corners = np.array([[a, b, c] for a in (0, 1) for b in (0, 1) for c in (0, 1)])
+    at = np.array(list(np.ndindex(states.shape)))
+    boxes = (at[:, np.newaxis] + corners) * voxel @ X_SG[:3, :3].T + X_SG[:3, 3]
+    for axis, sign in ((0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0), (2, 1.0), (2, -1.0)):
+        others = [(axis + 1) % 3, (axis + 2) % 3]
+
+        def pixels(p, axis=axis, sign=sign, others=others):
+            with np.errstate(divide="ignore", invalid="ignore"):
+                where = p[..., others] / (sign * p[..., [axis]])
+            mirror = np.array([sign, 1.0])  # which leaves the frame right-handed
+            return 0.5 * side * (mirror * where / TANGENT + 1.0) - 0.5
+
+        z = sign * cloud.p_SPs[:, axis]
+        u = np.floor(pixels(cloud.p_SPs) + 0.5)
+        inside = (z > 0.0) & (u >= 0).all(1) & (u < side).all(1)
+        ends = np.where((cloud.mask == EDGE) | (distance < rules.near), 0.0, z)
+        ends = ends * np.minimum(1.0, rules.far / distance)
+        depth = np.full((side, side), np.inf)
+        np.minimum.at(depth, tuple(u[inside].astype(int).T), ends[inside])
+        depth[depth == np.inf] = 0.0
+        for index, box in zip(at, boxes, strict=True):
+            if (sign * box[:, axis]).min() < 1e-6:
+                continue
+            seen = pixels(box)
+            first = np.floor(seen.min(0) + 0.5).astype(int)
+            last = np.floor(seen.max(0) + 0.5).astype(int)
+            if (first < 0).any() or (last >= side).any():
+                continue
+            window = depth[first[0] : last[0] + 1, first[1] : last[1] + 1]
+            if window.min() > (sign * box[:, axis]).max() + rules.margin:
+                result[tuple(index)] = FREE
+    p_GPs = (cloud.p_SPs - X_SG[:3, 3]) @ X_SG[:3, :3] / voxel
+    for p, far, mark in zip(np.floor(p_GPs).astype(int), distance, cloud.mask, strict=True):
+        there = (p >= 0).all() and (p < states.shape).all()
+        if mark == 0 and rules.near <= far <= rules.far and there:
+            result[tuple(p)] = OCCUPIED
+    return result
+
+
+def test_clouds_free_what_all_their_rays_see_through():
+    """In a room with a ball; rays that end at a robot clear, those beside it do not."""
+    rng = np.random.default_rng(4)
+    u, v = np.meshgrid(np.linspace(-1.0, 1.0, 40), np.linspace(-1.0, 1.0, 40))
+    sides = [np.stack([u, v, np.full(u.shape, s)], -1).reshape(-1, 3) for s in (-1.0, 1.0)]
+    rays = np.concatenate([np.roll(side, k, axis=1) for side in sides for k in range(3)])
+    rays /= np.linalg.norm(rays, axis=1)[:, np.newaxis]
+    reach = 1.4 / np.abs(rays).max(axis=1)  # the walls
+    ball = np.array([0.7, 0.1, 0.2])
+    toward = rays @ ball
+    root = toward**2 - (ball @ ball - 0.3**2)
+    hit = (root > 0.0) & (toward > 0.0)
+    reach[hit] = (toward - np.sqrt(root.clip(0.0)))[hit]
+    X_WS = pose(rng, (0.3, -0.2, 0.5))
+    cloud = CloudView.of(rays * reach[:, np.newaxis], X_WS, DepthRules(far=1.6, margin=0.01))
+    cloud.mask[rays[:, 2] > 0.95], cloud.mask[rays[:, 2] > 0.98] = EDGE, ROBOT
+    counts, voxel = (21, 20, 19), 0.15
+    X_SG = pose(rng, (0.0, 0.0, 0.0))
+    X_SG[:3, 3] = -X_SG[:3, :3] @ (0.5 * voxel * np.array(counts))
+    before = rng.choice([0, 1, 2], counts, p=[0.1, 0.3, 0.6]).astype(np.uint8)
+    after, changed = voxels_after(before, voxel, X_WS @ X_SG, cloud)
+    expected = faces_by_hand(before, voxel, X_SG, cloud)
+    assert (after == expected).all()
+    assert changed.hit == ((before != OCCUPIED) & (after == OCCUPIED)).sum() > 100
+    assert changed.freed >= ((before != FREE) & (after == FREE)).sum() > 300
+    # No ray ends in free space, nor goes on there behind its end.
+    for ratio in (1.0, 1.1, 1.5):
+        p_GPs = (ratio * cloud.p_SPs - X_SG[:3, 3]) @ X_SG[:3, :3] / voxel
+        at = np.floor(p_GPs[(cloud.mask == 0) & (reach < 1.6)]).astype(int)
+        at = at[(at >= 0).all(1) & (at < counts).all(1)]
+        assert ((after[tuple(at.T)] != FREE) | (before[tuple(at.T)] == FREE)).all()
+
+
+def test_a_cloud_without_points_changes_nothing():
+    """Nor one of which all points are too near."""
+    before = np.full((3, 3, 3), UNKNOWN)
+    for points, near in (([], 0.0), ([[0.0, 0.0, 0.2]], 0.5)):
+        cloud = CloudView.of(np.reshape(points, (-1, 3)), np.eye(4), DepthRules(near=near))
+        after, changed = voxels_after(before, 0.1, np.eye(4), cloud)
+        assert (after == before).all()
+        assert changed == (0, 0)

@@ -17,11 +17,15 @@ __all__ = [
     "Body",
     "Solid",
     "boundary",
+    "convex_body",
     "distances",
     "inside",
+    "moved",
     "pocketed_solid",
     "random_solid",
+    "rotation",
     "sharpness",
+    "solid_of_bodies",
     "with_motes",
     "with_specks",
     "written",
@@ -243,7 +247,7 @@ def pocketed_solid(rng):
     """Return a solid of a body with cavities that are flush with its faces, and bodies beside it.
 
     Cavities may overlap, and bodies be on the body's faces; or there are bodies in cavities, flush
-    with these, and so on.
+    with these, and cavities in those or over both, and so on.
     """
     is_lattice = rng.random() < 0.4
     if is_lattice:
@@ -252,11 +256,15 @@ def pocketed_solid(rng):
     else:
         bodies = [convex_body(shape_points(rng) @ rotation(rng).T)]
     turned = [False]
-    is_chain = not is_lattice and rng.random() < 0.4
-    for _ in range(int(rng.integers(1, 4))):
-        within = bodies[-1] if is_chain else bodies[0]
-        bodies.append(convex_body(lattice_body(rng)) if is_lattice else pocket(rng, within))
-        turned.append(not is_chain or not turned[-1])
+    # In the last one before, in any one before, or all in the first one.
+    nesting = "first" if is_lattice else rng.choice(["last", "any", "first"], p=[0.2, 0.4, 0.4])
+    for _ in range(int(rng.integers(1, 5 if nesting == "any" else 4))):
+        last = len(bodies) - 1
+        within = {"first": 0, "last": last, "any": int(rng.integers(last + 1))}[nesting]
+        bodies.append(
+            convex_body(lattice_body(rng)) if is_lattice else pocket(rng, bodies[within])
+        )
+        turned.append(not turned[within])
     if not is_lattice and rng.random() < 0.4:
         bodies.append(convex_body(beside(rng, bodies[0], shape_points(rng) @ rotation(rng).T)))
         turned.append(False)

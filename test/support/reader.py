@@ -32,7 +32,7 @@ __all__ = ["FOLLOW_EACH_OTHER", "Reader"]
 
 FOLLOW_EACH_OTHER = "blocks of this page follow each other"
 """A page that says so has one process of Python."""
-DEADLINE = 120.0
+DEADLINE = 240.0
 """Seconds for a block, on a busy machine."""
 
 _LASTING = re.compile(r"-m scene_graph_ros\.node\b|# until Ctrl-C|# in another terminal")

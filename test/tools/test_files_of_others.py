@@ -75,6 +75,7 @@ _ALLOWED = {
     f"{path}: importlib.import_module": _OWN_NAME
     for path in (
         "scene_graph_ros/ask.py",
+        "scene_graph_ros/convex/solve/iteration_callback.py",
         "scene_graph_ros/convex/solve/smooth_program.py",
         "scene_graph_ros/geometry/__init__.py",
         "scene_graph_ros/geometry/query/distance/fcl_engine.py",

@@ -21,10 +21,9 @@ from scene_graph_ros.convex.graphs.model.options import (
 from scene_graph_ros.convex.graphs.model.whole_edits import Undo
 from scene_graph_ros.convex.graphs.network.network import Network
 from scene_graph_ros.convex.graphs.network.rounding import draw_paths
+from scene_graph_ros.convex.graphs.search import with_slack
 from scene_graph_ros.convex.graphs.search.flow_paths import path_along_flows
-from scene_graph_ros.convex.graphs.search.given_path import guessed_points, solve_restriction
 from scene_graph_ros.convex.graphs.search.result import GraphOfConvexSetsResult
-from scene_graph_ros.convex.graphs.search.shortest_path import solve_path
 from scene_graph_ros.convex.questions.arguments import as_list, as_nonnegative
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.geometry.model.writes import Writes
@@ -54,7 +53,6 @@ class GraphOfConvexSets:
         self._vertices: dict[int, Vertex] = {}
         self._edges: EdgeTable[Edge] = EdgeTable()
         self._phi: dict[int, frozenset[bool]] = {}
-        self._numbers = itertools.count()
         self._ends: tuple[dict[int, int], np.ndarray, np.ndarray] | None = None
 
     @property
@@ -83,13 +81,13 @@ class GraphOfConvexSets:
             raise ConvexSetError(f"{_set_of(name)} must be a ConvexSet, not {quoted(set)}")
         if set.is_empty():
             raise ConvexSetError(f"{_set_of(name)}, {quoted(set)}, is empty; leave the vertex out")
-        number = next(self._numbers)
+        number = next(self._edges.numbers)
         return self._put_vertex(Vertex(number, set, name or f"v{number}", self._edges))
 
     def add_edge(self, u: Vertex, v: Vertex, name: str = "") -> Edge:
         """Add an edge from one vertex to another; there may be several between the same two."""
         self._check_ends(u, v, "add_edge")
-        number = next(self._numbers)
+        number = next(self._edges.numbers)
         return self._put_edge(Edge(number, u, v, name or f"e{number}", self._phi))
 
     def _put_vertex(self, vertex: Vertex) -> Vertex:
@@ -110,7 +108,7 @@ class GraphOfConvexSets:
         Raises ConvexSetError for what is no vertex.
         """
         _check_kind(template, Vertex, "add_vertex_from_template: template must be a Vertex")
-        vertex = Vertex(next(self._numbers), template.set, template.name, self._edges)
+        vertex = Vertex(next(self._edges.numbers), template.set, template.name, self._edges)
         vertex._take_terms(template, {template.id: vertex.id})
         return self._put_vertex(vertex)
 
@@ -128,7 +126,7 @@ class GraphOfConvexSets:
                     f"GraphOfConvexSets.add_edge_from_template: {name} has dimension"
                     f" {own.ambient_dimension}, that of the template {given.ambient_dimension}"
                 )
-        edge = Edge(next(self._numbers), u, v, template.name, self._phi)
+        edge = Edge(next(self._edges.numbers), u, v, template.name, self._phi)
         edge._take_terms(template, {template.u.id: u.id, template.v.id: v.id})
         return self._put_edge(edge)
 
@@ -141,14 +139,14 @@ class GraphOfConvexSets:
         copy, last = GraphOfConvexSets(), -1
         for vertex in self.vertices:
             own = copy._put_vertex(Vertex(vertex.id, vertex.set, vertex.name, copy._edges))
-            own._take_terms(vertex, {})
-            last = max(last, vertex.id)
+            own._take_terms(vertex)
+            last = max(last, vertex.last_number)
         for edge in self.edges:
             u, v = copy._vertices[edge.u.id], copy._vertices[edge.v.id]
-            copy._put_edge(Edge(edge.id, u, v, edge.name, copy._phi))._take_terms(edge, {})
-            last = max(last, edge.id)
+            copy._put_edge(Edge(edge.id, u, v, edge.name, copy._phi))._take_terms(edge)
+            last = max(last, edge.last_number)
         copy._phi.update(self._phi)
-        copy._numbers = itertools.count(last + 1)
+        copy._edges.numbers = itertools.count(last + 1)
         return copy
 
     def remove_vertex(self, vertex: Vertex) -> None:
@@ -236,7 +234,9 @@ class GraphOfConvexSets:
         self._check_vertex(source, "solve_shortest_path: source")
         self._check_vertex(target, "solve_shortest_path: target")
         chosen = as_options(options, "GraphOfConvexSets.solve_shortest_path")
-        return solve_path(self.vertices, self.edges, self._network(source, target), chosen)
+        return with_slack.solve_path(
+            self.vertices, self.edges, self._network(source, target), chosen
+        )
 
     def solve_convex_restriction(
         self,
@@ -257,10 +257,9 @@ class GraphOfConvexSets:
         edges = as_list(active_edges, f"GraphOfConvexSets.{label}")
         for edge in edges:
             self._check_edge(edge, label)
-        guess = guessed_points(initial_guess, edges)
         chosen = as_options(options, "GraphOfConvexSets.solve_convex_restriction")
         solver = None if options is None else chosen.of_restriction
-        return solve_restriction(edges, guess, solver, chosen.termination_func)
+        return with_slack.solve_restriction(edges, initial_guess, solver, chosen.termination_func)
 
     def sample_paths(
         self,

@@ -16,6 +16,7 @@ from scene_graph_ros.convex.graphs.model.options import (
 )
 from scene_graph_ros.convex.graphs.search.forward_search import ForwardSearch
 from scene_graph_ros.convex.graphs.search.result import GraphOfConvexSetsResult
+from scene_graph_ros.convex.graphs.search.with_slack import as_asked, ForwardSlack
 from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 
@@ -122,16 +123,21 @@ class ImplicitGraphOfConvexSets(abc.ABC):
             if max_paths_per_vertex is None
             else _whole(max_paths_per_vertex, "solve_shortest_path: max_paths_per_vertex")
         )
-        search = ForwardSearch(
+        with_slack = ForwardSlack(
             self.successors,
-            source,
             (lambda v: v is target) if isinstance(target, Vertex) else target,
-            as_options(options, "ImplicitGraphOfConvexSets.solve_shortest_path"),
             heuristic,
+        )
+        search = ForwardSearch(
+            with_slack.successors,
+            with_slack.lifted.vertex(source),
+            with_slack.is_target,
+            as_options(options, "ImplicitGraphOfConvexSets.solve_shortest_path"),
+            None if heuristic is None else with_slack.heuristic,
             most_calls,
             most_paths,
         )
-        return search.run()
+        return as_asked(search.run(), with_slack.lifted)
 
 
 def _whole(value: Any, label: str) -> int:

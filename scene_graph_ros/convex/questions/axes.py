@@ -8,10 +8,17 @@ import numpy as np
 
 from scene_graph_ros.convex.questions.answers import gaps_of, Projection, Support
 from scene_graph_ros.convex.questions.surrounding import ROUNDING
+from scene_graph_ros.convex.questions.touching import Ellipsoids, Piece
 from scene_graph_ros.convex.solve.ellipsoids.ellipsoid_distance import nearest_on_axes
 from scene_graph_ros.geometry.tolerances import EPSILON
 
-__all__ = ["inner_of_axes", "project_on_axes", "support_of_axes", "unit_ball_volume"]
+__all__ = [
+    "inner_of_axes",
+    "pieces_of_axes",
+    "project_on_axes",
+    "support_of_axes",
+    "unit_ball_volume",
+]
 
 
 def unit_ball_volume(n: int) -> float:
@@ -46,6 +53,19 @@ def inner_of_axes(
     found = support_of_axes(axes, radii, center, d).point
     size = float(np.abs(center).max(initial=0.0) + radii.max(initial=0.0))
     return center + (1.0 - drawn) * (found - center), ROUNDING * len(d) * size
+
+
+def pieces_of_axes(
+    axes: np.ndarray, radii: np.ndarray, center: np.ndarray, drawn: float | None, d: np.ndarray
+) -> list[Piece] | None:
+    """Return an ellipsoid as a piece along a unit vector; None if it is unbounded or too thin."""
+    if drawn is None or np.isinf(radii).any():
+        return None
+    maps = axes * radii
+    size = float(np.abs(center).max(initial=0.0) + np.abs(maps).max(initial=0.0))
+    of = Ellipsoids(maps[None], center[None], np.array([drawn]), np.array([size]))
+    found = of.along(d)
+    return None if found is None else [found.piece(0)]
 
 
 def project_on_axes(

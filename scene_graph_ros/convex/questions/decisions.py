@@ -9,6 +9,7 @@ import numpy as np
 from scene_graph_ros.convex.questions.certificates import Certificate, Decision
 from scene_graph_ros.convex.questions.quick_answers import reached
 from scene_graph_ros.convex.questions.surrounding import surround
+from scene_graph_ros.convex.questions.touching import meet_by_plane
 from scene_graph_ros.convex.solve.cones.lift import shared_point
 from scene_graph_ros.convex.solve.cutting.cutting import find_in_cones, rows_with_cuts
 from scene_graph_ros.convex.solve.cutting.recession_in_cones import recession_in_cones
@@ -103,6 +104,9 @@ def meet_by_reach(*sets: Any) -> bool | None:
     exact = _by_corners(*sets) if has_few else None
     if exact is not None:
         return exact
+    quick = meet_by_plane(*sets) if _is_left_to_planes(*sets) else None
+    if quick is not None:
+        return quick
     known = reached(*sets)
     if known.is_apart:
         return False
@@ -125,6 +129,13 @@ def meet_by_reach(*sets: Any) -> bool | None:
 
 _FEW_CORNERS = 500
 """So many rows of numbers are asked in fractions at once; more of them in floats before."""
+
+
+def _is_left_to_planes(one: Any, other: Any) -> bool:
+    """Tell whether corners don't tell exactly whether two sets meet."""
+    if one.corners is None:
+        one, other = other, one
+    return one.corners is None or (other.corners is None and not hasattr(other, "form"))
 
 
 def _has_few_corners(of: Any) -> bool:

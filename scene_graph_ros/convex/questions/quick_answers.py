@@ -14,6 +14,7 @@ from scene_graph_ros.convex.errors import SolverError
 from scene_graph_ros.convex.questions.answers import Support
 from scene_graph_ros.convex.questions.arguments import frozen
 from scene_graph_ros.convex.questions.row_geometry import later_twins
+from scene_graph_ros.convex.questions.touching import APART, NEAR
 from scene_graph_ros.convex.solve.floats.quick_bounds import is_bounded_quickly
 from scene_graph_ros.convex.solve.floats.quick_points import (
     center_quickly,
@@ -33,7 +34,6 @@ from scene_graph_ros.convex.solve.floats.quick_supports import (
 )
 from scene_graph_ros.convex.solve.nearest.nearest_by_support import nearest_by_support
 from scene_graph_ros.geometry.spatial.sums import product
-from scene_graph_ros.geometry.tolerances import EPSILON
 
 __all__ = [
     "center_of_rows",
@@ -47,14 +47,6 @@ __all__ = [
     "rows_that_follow",
     "support_of_rows",
 ]
-
-
-_APART = 8.0 * EPSILON
-"""Relative to coordinates, for each of them: what rounding does to how far a set reaches."""
-
-
-_NEAR = 1e-11
-"""The same: curved sets that come so near may stay undecided, and count as touching."""
 
 
 def point_of_rows(A: np.ndarray, b: np.ndarray) -> tuple[bool | None, np.ndarray]:
@@ -135,11 +127,11 @@ def reached(one: Any, other: Any) -> Reached:
 
     is_apart = is_near = False
     try:
-        distance, nearest, _ = nearest_by_support(reach, np.zeros(n), 4.0 * _APART * n)
+        distance, nearest, _ = nearest_by_support(reach, np.zeros(n), 4.0 * APART * n)
         if distance > 0.0:
             value, _, gap = reach(-nearest / distance)
-            is_apart = value + gap < -_APART * n * float(np.abs(seen).max())
-        is_near = distance <= _NEAR * float(np.abs(seen).max())
+            is_apart = value + gap < -APART * n * float(np.abs(seen).max())
+        is_near = distance <= NEAR * float(np.abs(seen).max())
     except SolverError:  # not known as well as promised how far a curved set reaches
         pass
     firsts, seconds = (np.unique(points, axis=0) for points in zip(*seen, strict=True))

@@ -90,12 +90,16 @@ def later_twins(A: np.ndarray, b: np.ndarray) -> dict[int, tuple[int, Fraction]]
     factor.
     """
     exponents = np.frexp(np.abs(A).max(axis=1, initial=0.0))[1]
-    sides = np.ldexp(b, -exponents)
-    _, kinds = np.unique(np.ldexp(A, -exponents[:, None]), axis=0, return_inverse=True)
-    order = np.lexsort((-np.arange(len(b)), sides, kinds.ravel()))
+    seen: dict[bytes, int] = {}
+    # Negative zeros are zeros.
+    scaled = np.ldexp(A, -exponents[:, None]) + 0.0
+    kinds = [seen.setdefault(row.tobytes(), len(seen)) for row in scaled]
+    if len(seen) == len(b):
+        return {}
+    order = np.lexsort((-np.arange(len(b)), np.ldexp(b, -exponents), np.array(kinds)))
     found, last = {}, -1
     for i in order.tolist():
-        if last >= 0 and kinds.flat[i] == kinds.flat[last]:
+        if last >= 0 and kinds[i] == kinds[last]:
             found[i] = last, two_to(exponents[i] - exponents[last])
         else:
             last = i

@@ -19,11 +19,13 @@ from scene_graph_ros.convex.questions.arguments import (
 )
 from scene_graph_ros.convex.questions.axes import (
     inner_of_axes,
+    pieces_of_axes,
     project_on_axes,
     support_of_axes,
     unit_ball_volume,
 )
 from scene_graph_ros.convex.questions.ellipsoids import circumscribed
+from scene_graph_ros.convex.questions.touching import Piece
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.convex.solve.cones.lift import Ball, Lift
 from scene_graph_ros.geometry.shapes.ellipsoid import Ellipsoid
@@ -176,6 +178,9 @@ class AffineBall(ConvexSet):
     def drawn_in(self) -> float:
         """Nothing: points of the map are inside but for the rounding of their coordinates."""
         return 0.0
+
+    def _pieces(self, d: np.ndarray, within: float) -> list[Piece] | None:
+        return pieces_of_axes(*self._axes, self._center, self.drawn_in, d)
 
     def _inner_reach(self, d: np.ndarray) -> tuple[np.ndarray, float] | None:
         return inner_of_axes(*self._axes, self._center, d, self.drawn_in)

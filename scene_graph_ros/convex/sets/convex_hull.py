@@ -10,6 +10,7 @@ import numpy as np
 
 from scene_graph_ros.convex.questions.answers import Support
 from scene_graph_ros.convex.questions.surrounding import DRAWN_IN
+from scene_graph_ros.convex.questions.touching import Piece
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.convex.sets.members import as_members, common_dimension, member
 from scene_graph_ros.convex.sets.pairwise_intersections import own_box
@@ -150,6 +151,9 @@ class ConvexHull(ConvexSet):
             return None
         k = int(np.nanargmax(along))
         return points[k], float(moved[k])
+
+    def _pieces(self, d: np.ndarray, within: float) -> list[Piece] | None:
+        return self._reaches.pieces(d, within) if self._participating else None
 
     def _outside(self, points: np.ndarray) -> np.ndarray:
         found = self.projection(points)

@@ -31,6 +31,7 @@ from scene_graph_ros.convex.questions.membership import (
 )
 from scene_graph_ros.convex.questions.quick_answers import meet, support_of_rows
 from scene_graph_ros.convex.questions.surrounding import drawn_in
+from scene_graph_ros.convex.questions.touching import Piece
 from scene_graph_ros.convex.solve.cones.lift import Lift, shared_point
 from scene_graph_ros.convex.solve.cutting.cutting import find_in_cones, Found
 from scene_graph_ros.convex.solve.exact.corners import Corners
@@ -222,6 +223,13 @@ class ConvexSet(abc.ABC):
         Behind it is what rounding may have moved each coordinate by.
         """
         return drawn_in(self, d)
+
+    def _pieces(self, d: np.ndarray, within: float) -> list[Piece] | None:
+        """Return the parts that reach furthest along a unit vector, but for ``within``.
+
+        At least one; None where they are not known.
+        """
+        return None
 
     def _has_matrices(self) -> bool:
         """Tell whether a program has to be solved for how far the set reaches."""

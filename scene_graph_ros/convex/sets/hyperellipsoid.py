@@ -18,12 +18,14 @@ from scene_graph_ros.convex.questions.arguments import (
 )
 from scene_graph_ros.convex.questions.axes import (
     inner_of_axes,
+    pieces_of_axes,
     project_on_axes,
     support_of_axes,
     unit_ball_volume,
 )
 from scene_graph_ros.convex.questions.ellipsoids import circumscribed
 from scene_graph_ros.convex.questions.surrounding import WELL_CONDITIONED
+from scene_graph_ros.convex.questions.touching import Piece
 from scene_graph_ros.convex.sets.affine_ball import AffineBall
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.convex.sets.from_shapes import (
@@ -205,6 +207,9 @@ class Hyperellipsoid(ConvexSet):
             return None
         return 64.0 * (self.ambient_dimension + 2) * EPSILON * float(most / least)
 
+    def _pieces(self, d: np.ndarray, within: float) -> list[Piece] | None:
+        return pieces_of_axes(*self._axes, self._center, self.drawn_in, d)
+
     def _inner_reach(self, d: np.ndarray) -> tuple[np.ndarray, float] | None:
         return inner_of_axes(*self._axes, self._center, d, self.drawn_in)
 
@@ -223,11 +228,18 @@ class Hyperellipsoid(ConvexSet):
         return AffineBall(self).to_shape_with_pose()
 
 
+def _reached_at_most(A: np.ndarray, points: np.ndarray) -> float:
+    """Return an upper bound of the largest ``|A x|`` of points ``(m, n)``, rounded differences."""
+    values, sizes = points @ A.T, np.abs(points) @ np.abs(A.T)
+    rounding = (A.shape[1] + 4) * EPSILON * sizes
+    return float(np.linalg.norm(np.abs(values) + rounding, axis=1).max())
+
+
 def _around(points: np.ndarray, B: np.ndarray, center: np.ndarray) -> np.ndarray:
     """Return a form ``A`` near the inverse of B with all points ``(m, n)`` in its ellipsoid."""
     inverse = AffineBall(B, center).inverse()
     A, room = inverse, EPSILON
-    while (reached := float(np.linalg.norm(points @ A.T, axis=1).max())) > 1.0:
+    while (reached := _reached_at_most(A, points)) > 1.0:
         # The entries of a thin ellipsoid's form are rounded, too.
         A, room = inverse / (reached * (1.0 + room)), 2.0 * room
         inverse = A

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from scene_graph_ros.convex.questions.answers import Support
+from scene_graph_ros.convex.questions.touching import Piece
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.convex.sets.from_shapes import (
     capsule_of,
@@ -142,6 +143,9 @@ class MinkowskiSum(ConvexSet):
             return None
         rounding = len(points) * EPSILON * float(np.abs(points).sum(axis=0).max())
         return points.sum(axis=0), float(moved.sum()) + rounding
+
+    def _pieces(self, d: np.ndarray, within: float) -> list[Piece] | None:
+        return self._reaches.piece_of_sum(d) if self._terms else None
 
     def _outside(self, points: np.ndarray) -> np.ndarray:
         found = self.projection(points)

@@ -6,12 +6,19 @@ one.
 
 from __future__ import annotations
 
+import functools
 from typing import NamedTuple
 
 import numpy as np
 
 from scene_graph_ros.convex.questions.surrounding import (
     ROUNDING,
+)
+from scene_graph_ros.convex.questions.touching import (
+    corner_piece,
+    Ellipsoids,
+    FacedEllipsoids,
+    Piece,
 )
 from scene_graph_ros.convex.sets.affine_ball import AffineBall
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
@@ -22,6 +29,7 @@ from scene_graph_ros.convex.sets.row_set import RowSet
 from scene_graph_ros.convex.sets.v_polytope import VPolytope
 from scene_graph_ros.convex.solve.floats.quick_supports import supports_quickly
 from scene_graph_ros.geometry.spatial.sums import product
+from scene_graph_ros.geometry.tolerances import EPSILON
 
 __all__ = ["Reach", "ReachOfMembers"]
 
@@ -109,6 +117,47 @@ class ReachOfMembers:
             inner = self._members[k]._inner_reach(d)
             points[k], moved[k] = (np.nan, 0.0) if inner is None else inner
         return points, moved
+
+    def pieces(self, d: np.ndarray, within: float) -> list[Piece] | None:
+        """Return the sets that reach furthest along a unit vector, but for ``within``.
+
+        None where some are neither ellipsoids, boxes nor hulls of points, or are flat or too thin.
+        """
+        found = self._curved(d)
+        if found is None:
+            return None
+        reach, balls = found
+        own = {k: i for i, k in enumerate(self._balls.tolist())}
+        near = np.flatnonzero(reach.values >= float(reach.values.max()) - within).tolist()
+        return [
+            balls.piece(own[k]) if k in own else corner_piece(reach.values[k], reach.points[k])
+            for k in near
+        ]
+
+    def piece_of_sum(self, d: np.ndarray) -> list[Piece] | None:
+        """Return the sum of the sets along a unit vector as one piece; None as `pieces`."""
+        found = self._curved(d)
+        if found is None:
+            return None
+        reach, balls = found
+        of, value, point = balls.of, float(reach.values.sum()), reach.points.sum(axis=0)
+        added = len(reach.values) * EPSILON * float(np.abs(reach.points).sum(axis=0).max())
+        off = added + float(of.rounding.sum()), np.sqrt(self._n) * added + float(of.outward.sum())
+        base = point + (of.centers - reach.points[self._balls]).sum(axis=0)
+        hessian = balls.hessians.sum(axis=0)
+        own = of.maps, balls.ways, of.drawn, of.radii
+        return [Piece(value, point, hessian, base, *own, *off)]
+
+    @functools.cached_property
+    def _ellipsoids(self) -> Ellipsoids:
+        return Ellipsoids(self._maps, self._centers, self._drawn, self._sizes)
+
+    def _curved(self, d: np.ndarray) -> tuple[Reach, FacedEllipsoids] | None:
+        """Return how far all reach, and the ellipsoids among them."""
+        if self._others or len(self._rows):
+            return None
+        balls = self._ellipsoids.along(d)
+        return None if balls is None else (self._arrays(d, np.zeros(len(self._drawn))), balls)
 
     def _of_rows(self, d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         points, gaps = np.empty(self._starts.shape), np.empty(len(self._starts))

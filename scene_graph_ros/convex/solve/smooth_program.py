@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from scene_graph_ros.convex.solve.cones.cone_program import Cone
+from scene_graph_ros.convex.solve.iteration_callback import iteration_callback, IterationCallback
 
 __all__ = ["SmoothProgram", "has_ipopt"]
 
@@ -88,6 +89,7 @@ class SmoothProgram:
 
     def __init__(self, count: int, is_over: Callable[[], bool] | None = None) -> None:
         self._is_over = is_over
+        self._stop: IterationCallback | None = None
         self._ca = importlib.import_module("casadi")
         self._y = self._ca.SX.sym("y", count)
         self._smoothed = self._ca.SX.sym("s")
@@ -99,7 +101,6 @@ class SmoothProgram:
         self._largest: list[tuple[Any, np.ndarray, np.ndarray]] = []
         self._is_rough = False
         self._solvers: dict[str, Any] = {}
-        self._stops: list[Any] = []
 
     def at(self, M: np.ndarray, m: np.ndarray) -> Any:
         """Return rows as an expression ``(k, 1)``."""
@@ -189,8 +190,8 @@ class SmoothProgram:
             self._solvers[how] = self._solver(how)
         solver = self._solvers[how]
         found = solver(x0=start, p=smoothed, lbg=0.0, ubg=self._most, **told)
-        for each in self._stops:
-            each.look()
+        if self._stop is not None:
+            self._stop.raise_error()
         is_solved = solver.stats()["return_status"] == "Solve_Succeeded"
         told = {"lam_x0": found["lam_x"], "lam_g0": found["lam_g"]}
         return found["x"].full().ravel(), is_solved, told
@@ -221,53 +222,15 @@ class SmoothProgram:
         program, most = self._written
         told = _OPTIONS | _HOW[how]
         if self._is_over is not None:
-            if not self._stops:
-                self._stops = [_stop(self._ca, self._is_over, program["x"].numel(), len(most))]
-            told["iteration_callback"] = self._stops[0]
+            if self._stop is None:
+                is_over = self._is_over
+                sizes = {"x": program["x"].numel(), "g": len(most), "p": 1}
+                self._stop = iteration_callback(lambda *_: is_over(), **sizes)
+            told["iteration_callback"] = self._stop
         if self._solvers:
             first = next(iter(self._solvers.values()))
             told |= {name: first.get_function(own) for name, own in _DERIVATIVES.items()}
         return self._ca.nlpsol(how, "ipopt", program, told)
-
-
-def _stop(ca: Any, is_over: Callable[[], bool], size: int, rows: int) -> Any:
-    """Return a callback of CasADi that stops IPOPT; its ``look`` raises what came up in it."""
-    names = [ca.nlpsol_out(k) for k in range(ca.nlpsol_n_out())]
-    shapes = {"x": size, "lam_x": size, "g": rows, "lam_g": rows, "f": 1, "lam_p": 1}
-
-    class _Stop(ca.Callback):
-        """Asks whether to stop."""
-
-        def __init__(self) -> None:
-            super().__init__()
-            self._error: BaseException | None = None
-            self.construct("stop", {})
-
-        def get_n_in(self) -> int:
-            return len(names)
-
-        def get_n_out(self) -> int:
-            return 1
-
-        def get_name_in(self, i: int) -> str:
-            return names[i]
-
-        def get_sparsity_in(self, i: int) -> Any:
-            return ca.Sparsity.dense(shapes[names[i]], 1)
-
-        def eval(self, given: Any) -> Any:
-            try:
-                return [int(is_over())]
-            except BaseException as error:  # noqa: BLE001 - raised again when the solver ended
-                self._error = error
-                return [1]
-
-        def look(self) -> None:
-            if self._error is not None:
-                error, self._error = self._error, None
-                raise error
-
-    return _Stop()
 
 
 def _independent(M: np.ndarray) -> np.ndarray:

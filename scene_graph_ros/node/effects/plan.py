@@ -20,6 +20,7 @@ from scene_graph_ros.node.effects.plan_markers import PlanMarkers
 from scene_graph_ros.node.effects.plan_proof import PathInWorld, PathProof
 from scene_graph_ros.node.runtime.names import MARKERS_PLAN, PLAN_HOLDS
 from scene_graph_ros.node.world.planned_path import PlannedPath
+from scene_graph_ros.node.world.source_stamps import seen_until
 from scene_graph_ros.node.world.world import WorldSnapshot
 
 __all__ = ["PlanEffect"]
@@ -77,8 +78,10 @@ class PlanEffect(FollowingEffect[_Followed]):
         path, snapshot = followed
         proof, world = self._proof, self._world
         about = snapshot if world is None else world.snapshot
+        seen = seen_until(about.images, about.records, about.sensing)
+        stamp = about.stamp if seen is None else min(seen, about.stamp)
         message = PlanHolds(
-            header=header_to_msg(about.stamp, self._host.world_frame),
+            header=header_to_msg(stamp, self._host.world_frame),
             scene_version=about.scene_version,
             holds=proof.holds,
             reason=proof.reason,

@@ -13,11 +13,11 @@ from sensor_msgs.msg import CameraInfo, Image
 from msg_adapters.depth_images import depth_from_msg, DepthImage, lens_from_msg
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.node.world.bounded_channel import NewestChannel
-from scene_graph_ros.node.world.clouds import SourceClouds
 from scene_graph_ros.node.world.faults import Fault
 from scene_graph_ros.node.world.intake import Intake
 from scene_graph_ros.node.world.message_sizes import most_bytes
 from scene_graph_ros.node.world.scene import SourceRecord
+from scene_graph_ros.node.world.sensed import SensedGeometry
 from scene_graph_ros.node.world.sensor_channel import RefusedError, SensorChannel
 from scene_graph_ros.node.world.source_channel import Kept
 from scene_graph_ros.node.world.source_topics import CAMERA_INFO, DEPTH_IMAGES
@@ -83,7 +83,7 @@ class DepthChannel(SensorChannel[DepthImage]):
         return DepthView.of(reading.depth, state.lens.lens, X_WS, rules, own)
 
 
-class InfoChannel(NewestChannel[SourceClouds]):
+class InfoChannel(NewestChannel[SensedGeometry]):
     """The lens of one source's images."""
 
     noun = CAMERA_INFO
@@ -99,7 +99,7 @@ class InfoChannel(NewestChannel[SourceClouds]):
         """Name of the topic, before namespaces and remapping."""
         return {self._settings.info_topic: False}
 
-    def _apply_one(self, kept: Kept, target: SourceClouds, limits: TimeLimits) -> int:
+    def _apply_one(self, kept: Kept, target: SensedGeometry, limits: TimeLimits) -> int:
         state = target.sensors[self.record.name]
         message = self._read(kept.data, most_bytes(1))
         state.lens = lens_from_msg(message, rectified=self._settings.is_rectified)

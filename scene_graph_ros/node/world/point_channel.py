@@ -12,11 +12,11 @@ from sensor_msgs.msg import PointCloud2
 
 from msg_adapters.point_clouds import points_from_msg, SensedPoints
 from scene_graph_ros.geometry.errors import UnknownIdError
-from scene_graph_ros.node.world.clouds import SourceClouds
 from scene_graph_ros.node.world.faults import Fault
 from scene_graph_ros.node.world.intake import Intake
 from scene_graph_ros.node.world.message_sizes import most_bytes
 from scene_graph_ros.node.world.scene import SourceRecord
+from scene_graph_ros.node.world.sensed import SensedGeometry
 from scene_graph_ros.node.world.sensor_channel import RefusedError, SensorChannel
 from scene_graph_ros.node.world.sensor_state import SensorFrame, SensorState
 from scene_graph_ros.node.world.source_topics import points_topic
@@ -70,17 +70,17 @@ class PointChannel(SensorChannel[SensedPoints]):
         return None
 
     def _sensor_frame(
-        self, name: str, clouds: SourceClouds, cloud: GeometryId, state: SensorState
+        self, name: str, filled: SensedGeometry, geometry: GeometryId, state: SensorState
     ) -> SensorFrame:
         """As `SensorChannel`; raises UnknownIdError where no ray's origin is known."""
         its = self._settings
-        if its.remembers and not its.frame and name == clouds.world_frame:
+        if its.remembers and not its.frame and name == filled.world_frame:
             raise UnknownIdError(
                 "a cloud is in the world frame, so nobody knows where its rays begin, which clear"
                 " what it remembers: send it in the sensor's frame, or name that in the scene"
                 " file, sources: points: frame"
             )
-        return super()._sensor_frame(name, clouds, cloud, state)
+        return super()._sensor_frame(name, filled, geometry, state)
 
     def _view(
         self,

@@ -23,7 +23,6 @@ from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.steps import between_steps
 from scene_graph_ros.node.runtime.names import DEFAULT_POSE_TYPE
-from scene_graph_ros.node.world.clouds import clouds_by_source
 from scene_graph_ros.node.world.deformables import deformables_by_source, SourceDeformables
 from scene_graph_ros.node.world.fields import fields_by_source
 from scene_graph_ros.node.world.grids import grids_by_source
@@ -32,7 +31,8 @@ from scene_graph_ros.node.world.intake import SourceFrames
 from scene_graph_ros.node.world.padded_sides import PaddedSide
 from scene_graph_ros.node.world.scene_frames import bring_poses, frames_of
 from scene_graph_ros.node.world.scene_robots import SceneRobots
-from scene_graph_ros.node.world.source_topics import depth_settings, filled_source
+from scene_graph_ros.node.world.scene_sensors import connect_sensors, sensed_by_source
+from scene_graph_ros.node.world.source_topics import depth_settings, filled_source, fills_voxels
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -80,8 +80,13 @@ class SourceRecord:
 
     @property
     def filled(self) -> str:
-        """The name of the source whose cloud its sensor fills."""
+        """The name of the source whose cloud or voxel grid its sensor fills."""
         return filled_source(self)
+
+    @property
+    def fills_voxels(self) -> bool:
+        """Whether its sensor fills its voxel grid in place of a cloud."""
+        return fills_voxels(self)
 
 
 @dataclass(frozen=True)
@@ -135,15 +140,21 @@ class Edit:
         return self._owners(inspector.get_all_deformable_geometry_ids())
 
     def sensing(self) -> frozenset[str]:
-        """Return the names of the sources that have clouds."""
-        return self._owners(self.scene_graph.model_inspector().get_all_cloud_ids())
+        """Return the names of the sources whose clouds or voxel grids sensors fill."""
+        own = self._owners(self.scene_graph.model_inspector().get_all_cloud_ids())
+        filled = frozenset(name for name, each in self.records.items() if each.fills_voxels)
+        return (own - filled) | (self._with_grids() & filled)
 
     def with_fields(self) -> frozenset[str]:
         """Return the names of the sources that have height fields."""
         return self._owners(self.scene_graph.model_inspector().get_all_height_field_ids())
 
     def with_grids(self) -> frozenset[str]:
-        """Return the names of the sources that have voxel grids."""
+        """Return the names of the sources that have voxel grids which maps fill."""
+        own = self._with_grids()
+        return frozenset(name for name in own if not self.records[name].fills_voxels)
+
+    def _with_grids(self) -> frozenset[str]:
         return self._owners(self.scene_graph.model_inspector().get_all_voxel_grid_ids())
 
     def _owners(self, geometries: Iterable[GeometryId]) -> frozenset[str]:
@@ -267,10 +278,10 @@ class Scene:
             self._owners.update(dict.fromkeys(frames.names, name))
         ids = {name: record.id for name, record in self.records.items()}
         self.deformables = deformables_by_source(inspector, ids)
-        senders = {name: (each.id, each.cloud) for name, each in self.records.items()}
-        self.clouds = clouds_by_source(self.names, inspector, senders, world_frame)
+        self.clouds = sensed_by_source(self.records, self.names, inspector, world_frame)
         self.fields = fields_by_source(inspector, ids)
-        self.grids = grids_by_source(inspector, self.records, self.names)
+        of_maps = {name: each for name, each in self.records.items() if not each.fills_voxels}
+        self.grids = grids_by_source(inspector, of_maps, self.names)
         elements = {
             *inspector.get_all_cloud_ids(),
             *inspector.get_all_height_field_ids(),
@@ -280,31 +291,13 @@ class Scene:
             inspector.get_all_geometry_ids(Role.PROXIMITY) if elements else ()
         )
         """Whether there are clouds, height fields or voxel grids to measure."""
-        self.history: PoseHistory | None = None if before is None else before.history
-        """Where all was in the last seconds, of a scene with clouds."""
-        self._prepare_sensors()
+        self.history: PoseHistory | None = connect_sensors(
+            *(self.clouds, self.records, self.names, self.context.snapshot.inspector),
+            *(self.cameras, self.frames, None if before is None else before.history),
+        )
+        """Where all was in the last seconds, of a scene that sensors fill."""
         robots = {n: record.robot for n, record in self.records.items() if record.robot}
         self.robots = SceneRobots(robots, self.scene_graph, self.context, self.paddings)
-
-    def _prepare_sensors(self) -> None:
-        """Make what messages of sensors need; imported for some."""
-        if not self.clouds:
-            self.history = None
-            return
-        from scene_graph_ros.node.world.pose_history import PoseHistory
-        from scene_graph_ros.node.world.sensor_state import states_of
-
-        inspector = self.context.snapshot.inspector
-        history = self.history = PoseHistory() if self.history is None else self.history
-
-        def place(wanted: Iterable[FrameId], at: int) -> Mapping[FrameId, NDArray[np.float64]]:
-            return history.place(wanted, at, inspector, self.frames)
-
-        states = states_of(self.records, self.names, inspector, self.cameras, place)
-        for name, state in states.items():
-            filled = self.clouds.get(self.records[name].filled)
-            if filled is not None:
-                filled.sensors[name] = state
 
     def note_poses(self, source: str | None = None) -> None:
         """Remember where all is now, or what is one source's, where a scene has clouds."""

@@ -2,7 +2,7 @@
 
 A message is of a time that is past: it waits until all joints and frames that matter were heard
 for then, and makes points where they were. That takes milliseconds, so it is looked at beside the
-updates, and a later one takes the result; messages for one cloud are looked at one by one.
+updates, and a later one takes the result; those that fill one geometry are looked at in turn.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from scene_graph_ros.geometry.errors import NameConflictError, SceneGraphError, 
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.spatial.poses import compose
 from scene_graph_ros.node.world.bounded_channel import BoundedChannel
-from scene_graph_ros.node.world.clouds import NoCloudError, SourceClouds
 from scene_graph_ros.node.world.faults import Fault
 from scene_graph_ros.node.world.intake import Intake, UNSTAMPED
 from scene_graph_ros.node.world.pose_history import NotYetError, PastError
 from scene_graph_ros.node.world.scene import SourceRecord
+from scene_graph_ros.node.world.sensed import NotFilledError, SensedGeometry
 from scene_graph_ros.node.world.sensor_state import SensorFrame, SensorState
 from scene_graph_ros.node.world.sensor_worker import AtOnce, Worker
 from scene_graph_ros.node.world.source_channel import Kept
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
     from scene_graph_ros.geometry.model.ids import GeometryId
     from scene_graph_ros.node.world.sensor_state import Looked
-    from scene_graph_ros.sensing import CloudView, Counts, DepthRules, DepthView, SelfFilter
+    from scene_graph_ros.sensing import CloudView, DepthRules, DepthView, SelfFilter
 
 __all__ = ["PATIENCE", "RefusedError", "SensorChannel"]
 
@@ -88,17 +88,17 @@ class _Read(Kept):
 
 @dataclass(frozen=True, eq=False)
 class _Look:
-    """A message that is looked at; its clouds, and where the one that it is about was then."""
+    """A message that is looked at; the geometry that it fills, and where that was then."""
 
     kept: _Read
-    clouds: SourceClouds
+    filled: SensedGeometry
     state: SensorState
-    cloud: GeometryId
+    geometry: GeometryId
     X_WG: NDArray[np.float64]
     result: Future[Looked]
 
 
-class SensorChannel(BoundedChannel[SourceClouds], Generic[R]):
+class SensorChannel(BoundedChannel[SensedGeometry], Generic[R]):
     """The messages of one source. Between two updates the newest counts whose poses are there."""
 
     queued = 4
@@ -149,11 +149,11 @@ class SensorChannel(BoundedChannel[SourceClouds], Generic[R]):
         """Tell whether the look at a message is over."""
         return self._look is not None and self._look.result.done()
 
-    def apply(self, kept: list[Kept], target: SourceClouds, limits: TimeLimits) -> int | None:
+    def apply(self, kept: list[Kept], target: SensedGeometry, limits: TimeLimits) -> int | None:
         """Apply the message that was looked at; return when it arrived, or None.
 
         Then the newest of a time that is known is looked at. Newer ones wait, older ones are
-        superseded; all wait while a message for the same cloud is looked at.
+        superseded; all wait while a message for the same geometry is looked at.
         """
         self.has_news = False
         arrival, waiting = self._finish(target), list[Kept]()
@@ -176,53 +176,48 @@ class SensorChannel(BoundedChannel[SourceClouds], Generic[R]):
             self._kept.extendleft(reversed(waiting))
         return arrival
 
-    def _finish(self, clouds: SourceClouds) -> int | None:
+    def _finish(self, filled: SensedGeometry) -> int | None:
         """Take the result of a look, if it has come; return when its message arrived."""
         look = self._look
         if look is None or not look.result.done():
             return None
         self._look, self.has_news = None, True
-        if clouds is not look.clouds:
+        if filled is not look.filled:
             self._again = look.kept  # The scene is another: so may be what the message shows.
             return None
-        if clouds.look is not look:
+        if filled.look is not look:
             self.intake.statistics.superseded += 1
             return None
-        clouds.look = None
+        filled.look = None
         try:
             looked = look.result.result()
         except SceneGraphError as error:
             self.intake.fault(Fault.MALFORMED, "", str(error))
             return None
-        clouds.seen = looked.seen
         look.state.take(looked)
-        clouds.see(look.cloud, look.X_WG)
-        self._tell(look.kept.reading, looked.counts, len(clouds.seen))
+        filled.take(looked, look.geometry, look.X_WG)
+        told = filled.told(looked, self._message)
+        self._tell(told, look.kept.reading, looked)
         return look.kept.arrival
 
-    def _tell(self, reading: Any, counts: Counts, points: int) -> None:
+    def _tell(self, told: dict[str, int], reading: Any, looked: Looked) -> None:
         """Have diagnostics tell what a message brought."""
-        if counts.let_go:
+        let_go = getattr(looked.counts, "let_go", 0)
+        if let_go:
             self.intake.fault(
                 Fault.TOO_LARGE,
                 "",
                 f"more points were seen than max_points_per_cloud, {self._most_points}: the oldest"
-                f" {counts.let_go} are let go",
+                f" {let_go} are let go",
             )
-        self.newest = {
-            "points": points,
-            f"points of the newest {self._message}": counts.new,
-            "points cleared by it": counts.cleared,
-            "points seen again in it": counts.seen_again,
-            **self._said(reading),
-        }
-        self.intake.count(counts.new)
+        self.newest = {**told, **self._said(reading)}
+        self.intake.count(len(looked.new.radii))
 
-    def _apply_one(self, kept: Kept, target: SourceClouds, limits: TimeLimits) -> int:
+    def _apply_one(self, kept: Kept, target: SensedGeometry, limits: TimeLimits) -> int:
         return int(self._try(kept, target, limits)[0] is _Verdict.BEGUN)
 
     def _try(
-        self, kept: Kept, clouds: SourceClouds, limits: TimeLimits
+        self, kept: Kept, filled: SensedGeometry, limits: TimeLimits
     ) -> tuple[_Verdict, Kept | None]:
         """Apply a message, or return it to wait."""
         name = ""
@@ -234,8 +229,8 @@ class SensorChannel(BoundedChannel[SourceClouds], Generic[R]):
                 kept = _Read(b"", kept.arrival, kept.is_static, reading, stamp)
             name = kept.reading.frame_id
             used = limits.of_static() if kept.is_static else limits
-            verdict = self._begin(kept, clouds, used)
-        except NoCloudError as error:
+            verdict = self._begin(kept, filled, used)
+        except NotFilledError as error:
             self.intake.fault(Fault.UNKNOWN_GEOMETRY, "", str(error))
         except (UnknownIdError, NameConflictError) as error:
             self.intake.fault(Fault.UNKNOWN_FRAME, name, str(error))
@@ -247,11 +242,11 @@ class SensorChannel(BoundedChannel[SourceClouds], Generic[R]):
             return verdict, kept if verdict is _Verdict.WAITS else None
         return _Verdict.DROPPED, None
 
-    def _begin(self, kept: _Read, clouds: SourceClouds, limits: TimeLimits) -> _Verdict:
+    def _begin(self, kept: _Read, filled: SensedGeometry, limits: TimeLimits) -> _Verdict:
         """Begin to look at a message."""
         reading, stamp = kept.reading, kept.stamp
-        cloud, state = clouds.cloud(), clouds.sensors[self.record.name]
-        self._check_place(clouds, cloud)
+        geometry, state = filled.geometry(), filled.sensors[self.record.name]
+        self._check_place(filled, geometry)
         late = limits.problem(stamp, stamp if state.stamp == UNSTAMPED else state.stamp)
         if late is not None:
             raise RefusedError(late[0], f"{self._a_message} {late[1]}")
@@ -260,11 +255,11 @@ class SensorChannel(BoundedChannel[SourceClouds], Generic[R]):
         ):
             self.intake.statistics.superseded += 1
             return _Verdict.DROPPED
-        sensor = self._sensor_frame(reading.frame_id, clouds, cloud, state)
+        sensor = self._sensor_frame(reading.frame_id, filled, geometry, state)
         lack = self._lack(reading, state)
         if lack is not None:
             return self._wait(*lack, stamp, limits)
-        frame = clouds.inspector.get_frame_id(cloud)
+        frame = filled.inspector.get_frame_id(geometry)
         try:
             frames = (sensor.frame, frame, *state.filters[0].frames)
             X_WF = state.surroundings.place(frames, stamp)
@@ -276,12 +271,12 @@ class SensorChannel(BoundedChannel[SourceClouds], Generic[R]):
             raise RefusedError(Fault.NO_POSES, why) from error
         X_WS = compose(X_WF[sensor.frame], sensor.X_FS)
         view = partial(self._view, reading, state, X_WS)
-        radius = clouds.inspector.get_shape(cloud).radius
+        depth_error = filled.error(geometry)
         result = self._worker.start(
-            partial(state.look, view, X_WF, clouds.seen, stamp, radius, self._most_points)
+            partial(state.look, view, X_WF, filled.seen(), stamp, depth_error, self._most_points)
         )
-        X_WG = compose(X_WF[frame], clouds.inspector.get_pose_in_frame(cloud))
-        self._look = clouds.look = _Look(kept, clouds, state, cloud, X_WG, result)
+        X_WG = compose(X_WF[frame], filled.inspector.get_pose_in_frame(geometry))
+        self._look = filled.look = _Look(kept, filled, state, geometry, X_WG, result)
         return _Verdict.BEGUN
 
     _message = "message"
@@ -290,22 +285,23 @@ class SensorChannel(BoundedChannel[SourceClouds], Generic[R]):
     def _a_message(self) -> str:
         return f"a{'n' * (self._message[0] in 'aeiou')} {self._message}"
 
-    def _check_place(self, clouds: SourceClouds, cloud: GeometryId) -> None:
-        """Raise NoCloudError for a cloud that moves where points have to stay in the world."""
+    def _check_place(self, filled: SensedGeometry, geometry: GeometryId) -> None:
+        """Raise NotFilledError for geometry that moves where points have to stay in the world."""
         its = self._settings
-        if (its.remembers or its.fills) and not clouds.inspector.is_anchored(cloud):
-            raise NoCloudError(
-                f"cloud {quoted(clouds.inspector.get_name(cloud))} moves with a frame; images, and"
-                " sensors that remember, fill one that is anchored"
+        stays = its.remembers or its.fills
+        if stays and not filled.inspector.is_anchored(geometry):
+            raise NotFilledError(
+                f"{filled.noun} {quoted(filled.inspector.get_name(geometry))} moves with a frame;"
+                " images, and sensors that remember, fill one that is anchored"
             )
 
     def _sensor_frame(
-        self, name: str, clouds: SourceClouds, cloud: GeometryId, state: SensorState
+        self, name: str, filled: SensedGeometry, geometry: GeometryId, state: SensorState
     ) -> SensorFrame:
         """Return the frame of the sensor. Raises UnknownIdError and NameConflictError."""
         its = self._settings
         if its.frame:
-            return SensorFrame(clouds.frame_named(its.frame), its.X_FS)
+            return SensorFrame(filled.frame_named(its.frame), its.X_FS)
         if name in state.surroundings.cameras:
             return state.surroundings.cameras[name]
         if not name:
@@ -313,7 +309,7 @@ class SensorChannel(BoundedChannel[SourceClouds], Generic[R]):
                 f"{self._a_message} has no frame_id, so nobody knows where its sensor is: send it,"
                 f" or name the frame in the scene file, sources: {self._key}: frame"
             )
-        return SensorFrame(clouds.frame(name, cloud), its.X_FS)
+        return SensorFrame(filled.frame(name, geometry), its.X_FS)
 
     _key = ""
     """The settings' name in scene files."""

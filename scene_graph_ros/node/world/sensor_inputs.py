@@ -1,4 +1,4 @@
-"""Topics of sensors: subscriptions of each source that fills a cloud."""
+"""Topics of sensors: subscriptions of each source that fills a cloud or a voxel grid."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from scene_graph_ros.node.world.world import World
 from scene_graph_ros.scene_files.sensor_settings import DepthSettings
 
 if TYPE_CHECKING:
-    from scene_graph_ros.node.world.clouds import SourceClouds
     from scene_graph_ros.node.world.depth_channel import DepthChannel, InfoChannel
     from scene_graph_ros.node.world.point_channel import PointChannel
+    from scene_graph_ros.node.world.sensed import SensedGeometry
 
 __all__ = ["KERNELS", "DepthInputs", "InfoInputs", "PointInputs"]
 
@@ -29,6 +29,9 @@ _QUEUED = 2
 
 KERNELS = "sensing"
 """The group that filters and clears; no subscription that needs it opens before it is compiled."""
+
+_GRID_KERNELS = "maps"
+"""The group that fills voxel grids."""
 
 C = TypeVar("C", bound=SourceChannel[Any, Any])
 
@@ -47,7 +50,7 @@ class _SensorInputs(Inputs[C], Generic[C]):
         super().__init__(node, world, group, on_change, noun=noun, queued=_QUEUED)
 
     def collect(self, limits: TimeLimits) -> tuple[set[str], int | None]:
-        """Apply messages, and forget points that are too old; return the clouds' sources."""
+        """Apply messages, and forget what is too old; return the sources that changed."""
         moved, arrival = super().collect(limits)
         records, clouds = self._world.snapshot.records, self._world.clouds
         opened = {records[name].filled for name in self._channels.open if name in records}
@@ -60,7 +63,7 @@ class _SensorInputs(Inputs[C], Generic[C]):
         snapshot = self._world.snapshot
         return [each for each in snapshot.records.values() if each.filled in snapshot.sensing]
 
-    def _target(self, name: str) -> SourceClouds | None:
+    def _target(self, name: str) -> SensedGeometry | None:
         return self._world.clouds.get(self._world.records[name].filled)
 
 
@@ -106,7 +109,15 @@ class _ViewInputs(_SensorInputs[V], Generic[V]):
         wanted = [each for each in self._senders() if (each.depth is not None) == is_depth]
         needing = {each.name for each in wanted if self._needs_kernels(each)}
         missing = needing if needing and self._lack(KERNELS) else set[str]()
+        filling = {each.name for each in wanted if self._fills_grid(each)}
+        if filling and self._lack(_GRID_KERNELS):
+            missing |= filling
         return [each.name for each in wanted if each.name not in missing]
+
+    def _fills_grid(self, record: SourceRecord) -> bool:
+        """Tell whether a sensor's messages fill a voxel grid."""
+        filled = self._world.records.get(record.filled)
+        return filled is not None and filled.fills_voxels
 
     def _needs_kernels(self, record: SourceRecord) -> bool:
         """Tell whether a sensor's messages are filtered, or clear what they see through."""

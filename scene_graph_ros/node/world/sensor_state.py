@@ -1,6 +1,6 @@
-"""A source's sensor, of images of depth or clouds, as far as a cloud is concerned. No rclpy here.
+"""A source's sensor, of images of depth or clouds, and the look at a message. No rclpy here.
 
-Imported where a source has a cloud.
+Imported where a source has a cloud, or a sensor that fills a voxel grid.
 """
 
 from __future__ import annotations
@@ -21,7 +21,8 @@ from scene_graph_ros.scene_files.sensor_settings import (
     DepthSettings,
     SensorSettings,
 )
-from scene_graph_ros.sensing import Counts, DepthRules, NewPoints, SeenPoints, SelfFilter
+from scene_graph_ros.sensing import DepthRules, NewPoints, SeenPoints, SelfFilter
+from scene_graph_ros.sensing.seen_voxels import FOREVER, SeenVoxels
 
 if TYPE_CHECKING:
     from msg_adapters.depth_images import SensedLens
@@ -45,9 +46,10 @@ class Looked(NamedTuple):
     new: NewPoints
     """Its points, without the robot's."""
     stamp: int
-    seen: SeenPoints
-    """All that there are after it."""
-    counts: Counts
+    seen: Any
+    """All SeenPoints or SeenVoxels after it."""
+    counts: Any
+    """Counts of the points, or VoxelsSeen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,24 +135,27 @@ class SensorState:
         self,
         view_of: Callable[[DepthRules, SelfFilter], DepthView | CloudView],
         X_WF: Mapping[FrameId, NDArray[np.float64]],
-        seen: SeenPoints,
+        seen: SeenPoints | SeenVoxels,
         stamp: int,
         error: float,
         most: int,
     ) -> Looked:
         """Look at a message, with all frames where they were then; any thread, one at a time.
 
-        ``seen`` are the points before, ``most`` are kept, and ``view_of`` makes the message's
-        view. Nothing but the places of the filters changes.
+        ``seen`` are the points before, of which ``most`` are kept, or the voxels; ``view_of``
+        makes the message's view. Nothing but the places of the filters changes.
         """
         own, load = self.filters
         own.place(X_WF)
         if load.frames:
             # It was an obstacle until it was grasped: what was seen of it then is forgotten.
             load.place(X_WF)
-            seen = seen.only(~load.near(seen.p_WPs, self.settings.padding))
+            seen = seen.without(load, self.settings.padding)
         view = view_of(self.rules(error), own)
         new = view.points()
+        if isinstance(seen, SeenVoxels):
+            expires = int(self.settings.expires * 1e9)
+            return Looked(new, stamp, *seen.after(view, stamp + expires if expires else FOREVER))
         if self.settings.remembers:
             return Looked(new, stamp, *seen.after(view, new, stamp, most, self.number))
         return Looked(new, stamp, *seen.replaced(new, stamp, most, self.number))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, TYPE_CHECKING
 
@@ -13,7 +13,7 @@ from scene_graph_ros.node.runtime.made_once import made_once
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["STATIC", "SeenImage", "SourceStamps"]
+__all__ = ["STATIC", "SeenImage", "SourceStamps", "seen_until"]
 
 STATIC = np.iinfo(np.int64).max
 """Stamp of what never gets old."""
@@ -39,6 +39,23 @@ class SourceStamps:
         """The stamp of each frame in its parent: STATIC where nothing moves it."""
         ages = np.where(self.is_static, STATIC, self.stamps).tolist()
         return dict(zip(self.ids, ages, strict=True))
+
+
+def seen_until(
+    images: Mapping[str, SeenImage], records: Mapping[str, Any], sensing: Container[str]
+) -> int | None:
+    """Return the time, ns, until which a world has all images and clouds, None without sensors.
+
+    That is the newest stamp of the sensor that is behind all others; 0 where one has sent nothing.
+    Of sensors only those count that remember: the others may send once, for good. ``images`` are
+    the newest by source, ``records`` all sources, ``sensing`` those that sensors fill.
+    """
+    stamps = [
+        max(images[name].stamp, 0) if name in images else 0
+        for name, each in records.items()
+        if each.sensor is not None and each.sensor.remembers and each.filled in sensing
+    ]
+    return min(stamps, default=None)
 
 
 class SeenImage(NamedTuple):

@@ -44,6 +44,7 @@ __all__ = [
     "depth_settings",
     "description_topic",
     "filled_source",
+    "fills_voxels",
     "heights_topic",
     "joint_pose_topic",
     "points_topic",
@@ -153,8 +154,13 @@ def voxels_topic(sender: Sender) -> str:
 
 
 def filled_source(sender: Sender) -> str:
-    """Return the name of the source whose cloud a source's sensor fills: mostly its own."""
+    """Return the name of the source whose geometry a source's sensor fills: mostly its own."""
     return (sender.sensor.fills if sender.sensor is not None else "") or sender.name
+
+
+def fills_voxels(sender: Sender) -> bool:
+    """Tell whether a source's sensor fills its voxel grid in place of a cloud."""
+    return sender.sensor is not None and sender.sensor.into_voxels
 
 
 def depth_settings(sender: Sender) -> DepthSettings | None:

@@ -21,7 +21,6 @@ from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.spatial.record_kernels import latest
 from scene_graph_ros.geometry.steps import between_steps, calling_between_steps
 from scene_graph_ros.node.runtime.precedence import Precedence
-from scene_graph_ros.node.world.clouds import SourceClouds
 from scene_graph_ros.node.world.deformables import SourceDeformables
 from scene_graph_ros.node.world.fields import SourceFields
 from scene_graph_ros.node.world.grids import SourceGrids
@@ -30,6 +29,7 @@ from scene_graph_ros.node.world.handles import Handle, new_token
 from scene_graph_ros.node.world.intake import SourceFrames, UNSTAMPED
 from scene_graph_ros.node.world.scene import Edit, records_of, Scene, SourceRecord
 from scene_graph_ros.node.world.scene_robots import SceneRobots
+from scene_graph_ros.node.world.sensed import SensedGeometry
 from scene_graph_ros.node.world.source_stamps import SeenImage, SourceStamps, STATIC
 from scene_graph_ros.node.world.voxel_limits import check_voxels
 
@@ -48,8 +48,9 @@ class WorldSnapshot:
     """The world at one time. Nothing in it changes any more.
 
     ``records`` are its sources by name, ``deforming`` the names of those with deformable geometry,
-    ``sensing`` of those with clouds, ``with_fields`` of those with height fields, ``with_grids``
-    of those with voxel grids, ``cameras`` the cameras by name, also those whose frame is gone.
+    ``sensing`` of those with clouds or grids that sensors fill, ``with_fields`` of those with
+    height fields, ``with_grids`` of those with grids that maps fill, ``cameras`` the cameras by
+    name, also those whose frame is gone.
     ``stamp`` is the newest stamp among its poses, ``stamps`` has those of each source's frames;
     nanoseconds of the node's clock, STATIC for those that never get old. ``arrival`` is when the
     oldest message that this update applied arrived, nanoseconds of the steady clock; None where
@@ -203,8 +204,8 @@ class World:
         return self._scene.deformables
 
     @property
-    def clouds(self) -> Mapping[str, SourceClouds]:
-        """Clouds by source, of those that have some; ``lock`` to change them."""
+    def clouds(self) -> Mapping[str, SensedGeometry]:
+        """Clouds, and grids that sensors fill, by source; ``lock`` to change them."""
         return self._scene.clouds
 
     @property

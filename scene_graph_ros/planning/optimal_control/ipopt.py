@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.convex.solve.iteration_callback import iteration_callback, IterationCallback
 from scene_graph_ros.planning.optimal_control.casadi_backend import get_casadi
 from scene_graph_ros.planning.optimal_control.errors import TrajectoryOptimizationError
 from scene_graph_ros.planning.optimal_control.program_for_ipopt import ProgramForIpopt
@@ -94,7 +95,7 @@ class IpoptRun:
         self.given = ProgramForIpopt(program)
         self.best: tuple[float, float] = np.inf, np.inf
         self.best_x: NDArray[np.float64] | None = None
-        self.error: BaseException | None = None
+        self._watch: IterationCallback | None = None
 
     def solved(self, warm_start: ProgramResult | None) -> ProgramResult:
         """Run, and return the solution."""
@@ -165,7 +166,8 @@ class IpoptRun:
             told["hessian_approximation"] = "limited-memory"
         told |= dict(options.ipopt)
         told = {f"ipopt.{key}": value for key, value in told.items()}
-        self._watch = _watcher(ca, self)
+        sizes = {"x": len(self.given.least), "g": len(self.given.rows), "p": 0}
+        self._watch = iteration_callback(self.watch, **sizes)
         told |= {
             "print_time": False,
             **self.given.options,
@@ -218,9 +220,8 @@ class IpoptRun:
 
     def _raise_lost(self) -> None:
         """Raise the error that was raised inside CasADi."""
-        if self.error is not None:
-            error, self.error = self.error, None
-            raise error
+        if self._watch is not None:
+            self._watch.raise_error()
         for check in self.program.raise_error:
             check()
 
@@ -277,40 +278,3 @@ class IpoptRun:
                 )
             )
         return tuple(result)
-
-
-def _watcher(ca: Any, run: IpoptRun) -> Any:
-    """Return the callback of CasADi at each iteration."""
-    size, rows = len(run.given.least), len(run.given.rows)
-    names = [ca.nlpsol_out(k) for k in range(ca.nlpsol_n_out())]
-    places = [names.index(name) for name in ("x", "f", "g")]
-    shapes = {"x": size, "lam_x": size, "g": rows, "lam_g": rows, "f": 1, "lam_p": 0}
-
-    class _Watcher(ca.Callback):
-        """Counts nothing; keeps the best."""
-
-        def __init__(self) -> None:
-            super().__init__()
-            self.construct("watch", {})
-
-        def get_n_in(self) -> int:
-            return len(names)
-
-        def get_n_out(self) -> int:
-            return 1
-
-        def get_name_in(self, i: int) -> str:
-            return names[i]
-
-        def get_sparsity_in(self, i: int) -> Any:
-            return ca.Sparsity.dense(shapes[names[i]], 1 if shapes[names[i]] else 0)
-
-        def eval(self, given: Any) -> Any:
-            try:
-                x, f, g = (given[place].full().ravel() for place in places)
-                return [int(run.watch(x, float(f[0]), g))]
-            except BaseException as error:  # noqa: BLE001 - raised again when the solver ended
-                run.error = error
-                return [1]
-
-    return _Watcher()

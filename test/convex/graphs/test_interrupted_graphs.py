@@ -51,6 +51,7 @@ def answers(world):
         ],
         [len(part.get_costs()) for part in (*graph.vertices, *graph.edges)],
         [len(part.get_constraints()) for part in (*graph.vertices, *graph.edges)],
+        [len(part.slack_variables) for part in (*graph.vertices, *graph.edges)],
         (graph.num_vertices, graph.num_edges),
         path,
     )
@@ -70,6 +71,8 @@ EDITS = {
     "add_constraint of a vertex": lambda w: w.v[1].add_constraint(w.v[1].x == w.v[1].x),
     "add_phi_constraint": lambda w: w.e[2].add_phi_constraint(False),
     "clear_phi_constraints": lambda w: w.e[3].clear_phi_constraints(),
+    "new_slack_variables": lambda w: w.e[1].new_slack_variables(2),
+    "new_slack_variables of a vertex": lambda w: w.v[1].new_slack_variables(2),
     "clear_all_phi_constraints": lambda w: w.graph.clear_all_phi_constraints(),
 }
 
@@ -135,7 +138,8 @@ def test_an_interrupted_question_changes_no_answer(name):
 
 COSTLY = (
     *("cost_at", "get_constraints", "get_costs", "get_solution_cost", "has_functions", "id"),
-    *("name", "num_changes", "transcriptions"),
+    *("name", "num_changes", "transcriptions", "slack_variables", "last_number"),
+    "get_solution_slack_variables",
 )
 QUESTIONS = {
     GraphOfConvexSets: (),

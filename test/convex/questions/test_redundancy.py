@@ -79,3 +79,41 @@ def test_what_shows_the_reduction_of_an_empty_set_is_checked():
     assert why.verify(empty)
     touching = HPolyhedron(empty.A, [1.0, -1.0, 5.0])
     assert not why.verify(touching)
+
+
+def rows_by_construction(rng, n, needed, redundant):
+    """Return rows in a random order and which are redundant: sums of three of the others.
+
+    The others touch ellipsoids about the origin, nearly balls, so that rays along normals meet
+    some of them behind others.
+    """
+    A = np.concatenate([np.eye(n), -np.eye(n), rng.normal(size=(needed - 2 * n, n))])
+    b = np.linalg.norm(A * rng.uniform(1.0, 1.2, n), axis=1)
+    weights = np.zeros((redundant, needed))
+    for row in weights:
+        row[rng.choice(needed, 3, replace=False)] = rng.uniform(0.1, 1.0, 3)
+    order = rng.permutation(needed + redundant)
+    rows = np.concatenate([A, weights @ A])[order]
+    sides = np.concatenate([b, 1.01 * (weights @ b)])[order]
+    return rows, sides, set(np.flatnonzero(order >= needed).tolist())
+
+
+@pytest.mark.parametrize(("n", "needed"), [(2, 9), (3, 18), (7, 40), (12, 64)])
+@pytest.mark.parametrize("share", [0.0, 0.3, 1.0, 3.0])
+def test_redundant_rows_are_those_that_were_made_so(n, needed, share):
+    """No needed row among many redundant ones, and no redundant one among many needed."""
+    for seed in range(3):
+        rng = np.random.default_rng((n, seed))
+        A, b, redundant = rows_by_construction(rng, n, needed, int(share * needed))
+        assert HPolyhedron(A, b).find_redundant(0.0) == redundant
+        assert len(HPolyhedron(A, b).reduce_inequalities(0.0).b) == needed
+
+
+def test_rows_that_come_again_with_other_zeros_are_the_same():
+    """A negative zero is a zero; multiples by powers of two are the same, others only nearly."""
+    rows = [[1.0, 0.0], [1.0, -0.0], [-1.0, 0.0], [-4.0, -0.0], [0.0, 1.0], [0.0, -1.0]]
+    box = HPolyhedron(rows, [1.0, 1.0, 1.0, 2.0, 1.0, 1.0])
+    redundant = box.find_redundant(0.0)
+    assert len(redundant & {0, 1}) == 1
+    assert redundant - {0, 1} == {2}
+    assert len(box.reduce_inequalities(0.0).b) == 4

@@ -1,18 +1,25 @@
 """Hulls of many points, hulls and sums of many sets: exact answers by few of them, in time."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 
 from scene_graph_ros.convex.solve.exact.feasibility import _find_in_all, find_point
 from scene_graph_ros.convex.solve.exact.sifting import weights_of
 from scene_graph_ros.geometry.optimization import (
+    AffineBall,
+    AffineSubspace,
     CartesianProduct,
     ConvexHull,
+    ConvexSetError,
     HPolyhedron,
     Hyperellipsoid,
+    Hyperrectangle,
     Intersection,
     MinkowskiSum,
     Point,
+    Spectrahedron,
     VPolytope,
 )
 
@@ -207,6 +214,51 @@ def test_no_point_is_outside_of_the_smallest_ellipsoid(thin, offset):
     points = (rng.normal(size=(40, 3)) * [1.0, 1.0, thin]) @ axes.T + offset
     around = Hyperellipsoid.minimum_volume_circumscribed_ellipsoid(points)
     assert np.linalg.norm((points - around.center) @ around.A.T, axis=1).max() <= 1.0
+
+
+@pytest.mark.parametrize("n", [2, 3, 5])
+@pytest.mark.parametrize("thin", [1e-2, 1e-5])
+@pytest.mark.parametrize("offset", [0.0, 1e3, 1e6])
+def test_no_point_is_outside_of_the_smallest_ellipsoid_in_fractions(n, thin, offset):
+    """Rounding of products hides by how much thin clouds are left out; fractions don't round."""
+    for seed in range(3):
+        rng = np.random.default_rng((n, seed))
+        axes, _ = np.linalg.qr(rng.normal(size=(n, n)))
+        points = (rng.normal(size=(30, n)) * [*[1.0] * (n - 1), thin]) @ axes.T + offset
+        around = Hyperellipsoid.minimum_volume_circumscribed_ellipsoid(points, 1e-7)
+        form = [[Fraction(float(a)) for a in row] for row in around.A]
+        for point in points:
+            d = [
+                Fraction(float(x)) - Fraction(float(c))
+                for x, c in zip(point, around.center, strict=True)
+            ]
+            rows = (sum(a * x for a, x in zip(row, d, strict=True)) for row in form)
+            assert sum(value * value for value in rows) <= 1
+
+
+TOUCHING_ORIGIN = [
+    HPolyhedron.make_unit_box(2),
+    Hyperrectangle([0.0, 0.0], [1.0, 1.0]),
+    VPolytope([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]),
+    Hyperellipsoid.make_unit_ball(2),
+    AffineBall(np.eye(2), [0.0, 0.0]),
+    AffineSubspace([[1.0], [0.0]], [0.0, 0.0]),
+    Point([0.0, 0.0]),
+    ConvexHull([Point([0.0, 0.0])]),
+    MinkowskiSum([Point([0.0, 0.0])]),
+    CartesianProduct([Point([0.0]), Point([0.0])]),
+    Intersection([Point([0.0, 0.0])]),
+    Spectrahedron([np.eye(2), np.diag([1.0, 0.0]), np.diag([0.0, 1.0])]),
+]
+
+
+@pytest.mark.parametrize("asked", TOUCHING_ORIGIN, ids=lambda each: type(each).__name__)
+@pytest.mark.parametrize("tol", [-1e-300, -1e-9, -np.inf, np.nan, "no", None, 1j])
+def test_no_kind_takes_a_tolerance_below_zero(asked, tol):
+    """It is refused by name and value, and is neither an inset nor an answer."""
+    assert asked.point_in_set([0.0, 0.0], 0.0)
+    with pytest.raises(ConvexSetError, match="tol must be"):
+        asked.point_in_set([0.0, 0.0], tol)
 
 
 def test_corners_that_rounding_takes_apart_are_one():

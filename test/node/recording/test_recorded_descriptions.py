@@ -47,7 +47,7 @@ def test_descriptions_are_replayed_with_all_that_moved_then(start_node, client, 
     """Contacts of the replay are those that went out, before and after the robot was another."""
     scene, folder = tmp_path / "scene.yaml", tmp_path / "bag"
     scene.write_text(SCENE)
-    node = start_node({"scene": scene, "record": folder}, fresh=True)
+    node = start_node({"scene": scene, "record": folder})
     latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
     description = client.node.create_publisher(String, "/robot_description", latched)
 

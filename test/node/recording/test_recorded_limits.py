@@ -74,7 +74,7 @@ def test_compliant_and_loaded_geometry_is_replayed(start_node, client, domain, t
     """Contact surfaces, and a scene that a request brought; then all of it is published again."""
     folder = tmp_path / "bag"
     (tmp_path / "scene.yaml").write_text(PRESSED)
-    node = start_node({"scene": tmp_path / "scene.yaml", "record": folder}, fresh=True)
+    node = start_node({"scene": tmp_path / "scene.yaml", "record": folder})
     listener = client.listen(ContactArray, "contacts")
     listener.wait_for(lambda message: message.surfaces, "contact surfaces")
     (tmp_path / "balls.yaml").write_text(BALLS)
@@ -129,7 +129,7 @@ def test_configurations_are_replayed(start_node, client, domain, tmp_path):
     """A sponge that comes down on a floor: its contacts are those that went out."""
     folder = tmp_path / "bag"
     (tmp_path / "soft.yaml").write_text(SOFT)
-    node = start_node({"scene": tmp_path / "soft.yaml", "record": folder}, fresh=True)
+    node = start_node({"scene": tmp_path / "soft.yaml", "record": folder})
     publisher = client.publisher(DeformableConfigurations, "/sim/configurations")
     answer = client.call("GetDeformableConfigurations")
     start = np.array(answer.configurations.positions).reshape(-1, 3)
@@ -168,7 +168,7 @@ def test_points_are_replayed(start_node, client, domain, tmp_path):
     folder = tmp_path / "bag"
     (tmp_path / "seen.yaml").write_text(SEEN)
     options = {"scene": tmp_path / "seen.yaml", "record": folder, "max_points_per_cloud": 2}
-    node = start_node(options, fresh=True)
+    node = start_node(options)
     publisher = client.publisher(PointCloud2, "/camera/points")
     contacts = client.listen(ContactArray, "contacts")
     for height in (0.1875, 0.125):
@@ -202,7 +202,7 @@ def test_a_replay_of_other_files_differs(start_node, domain, tmp_path):
         BALLS + "  - {name: b, source: balls, frame: f, shape: {type: sphere, radius: 0.1}}\n"
         "frames: [{name: f, source: balls, pose: {xyz: [0.15, 0, 0]}}]\n"
     )
-    node = start_node({"scene": scene, "record": folder}, fresh=True)
+    node = start_node({"scene": scene, "record": folder})
     wait_until(lambda: size_of(folder) > 1000, "the first chunk")
     assert node.stop() == 0
     code, said = replay(domain, folder, "--check")
@@ -237,7 +237,6 @@ def test_the_size_limit_ends_a_recording_in_order(start_node, client, domain, tm
             "record_max_bytes": limit,
             "diagnostics_rate": 20.0,
         },
-        fresh=True,
     )
     listener = client.listen(DiagnosticArray, "/diagnostics")
     # Text that hardly gets shorter: the first is kept as a whole, with the second it is too much.

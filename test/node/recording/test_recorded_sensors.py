@@ -21,6 +21,8 @@ sources:
   - {name: eye, depth: {image: eye/depth, frame: world, pose: {xyz: [5, 0, 2],
      rpy: [3.141592653589793, 0, 0]}}}
   - {name: mast, points: {fills: eye, frame: world, pose: {xyz: [5, 0, 2]}, remember: true}}
+  - {name: top, depth: {image: top/depth, into: voxel_grid, frame: world,
+     pose: {xyz: [-5, 0, 2], rpy: [3.141592653589793, 0, 0]}}}
 frames: [{name: hand, source: balls}]
 geometries:
   - {name: ground, source: map, roles: {proximity: {}, illustration: {}},
@@ -29,6 +31,10 @@ geometries:
      shape: {type: sphere, radius: 0.25}, roles: {proximity: {}}}
   - {name: far, source: balls, frame: hand, pose: {xyz: [5, 0, 0.5]},
      shape: {type: sphere, radius: 0.25}, roles: {proximity: {}}}
+  - {name: third, source: balls, frame: hand, pose: {xyz: [-5, 0, 0.5]},
+     shape: {type: sphere, radius: 0.25}, roles: {proximity: {}}}
+  - {name: space, source: top, pose: {xyz: [-5.5, -0.5, 0]}, roles: {proximity: {}},
+     shape: {type: voxel_grid, voxel: 0.25, counts: [4, 4, 4], runs: [[0, 64]]}}
   - {name: seen, source: eye, roles: {proximity: {}}, shape: {type: point_cloud, radius: 0.0625}}
 """
 
@@ -52,10 +58,10 @@ def depths(message, *names):
 
 
 def test_what_sensors_send_is_felt_drawn_and_replayed(start_node, client, domain, tmp_path):
-    """Ground that rises into a ball; a pixel's point in another one, which a later ray clears."""
+    """Ground that rises into a ball; a pixel's point in another one, cleared by a ray; a voxel."""
     folder = tmp_path / "bag"
     (tmp_path / "scene.yaml").write_text(SCENE)
-    node = start_node({"scene": tmp_path / "scene.yaml", "record": folder}, fresh=True)
+    node = start_node({"scene": tmp_path / "scene.yaml", "record": folder})
     contacts = client.listen(ContactArray, "contacts")
     markers = client.listen(MarkerArray, "markers/illustration")
     heights = client.publisher(Image, "/map/heights")
@@ -83,10 +89,14 @@ def test_what_sensors_send_is_felt_drawn_and_replayed(start_node, client, domain
     )
     assert {x.type for x in drawn.markers if x.points} == {Marker.TRIANGLE_LIST}
 
-    info.publish(CameraInfo(height=1, width=1, k=[9.0, 0.0, 0.0, 0.0, 9.0, 0.0, 0.0, 0.0, 1.0]))
+    lens = CameraInfo(height=1, width=1, k=[9.0, 0.0, 0.0, 0.0, 9.0, 0.0, 0.0, 0.0, 1.0])
+    info.publish(lens)
+    client.publisher(CameraInfo, "/top/camera_info").publish(lens)
     image = Image(height=1, width=1, encoding="32FC1", step=4)
     image.data = np.array([1.375], "<f4").tobytes()
     send(images, image, lambda m: depths(m, "seen", "far"), "the pixel's point in the ball")
+    above = client.publisher(Image, "/top/depth")
+    send(above, image, lambda m: depths(m, "space", "third"), "the pixel's voxel in the third")
     beyond = cloud_message([[0.0, 0.0, -4.0]])
     send(clouds, beyond, lambda m: not depths(m, "seen", "far"), "a ray through that point")
 

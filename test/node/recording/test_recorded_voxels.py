@@ -103,7 +103,7 @@ def test_flat_maps_are_felt_drawn_and_replayed(start_node, client, domain, tmp_p
     """
     folder = tmp_path / "bag"
     (tmp_path / "scene.yaml").write_text(OF_FLAT_MAPS)
-    node = start_node({"scene": tmp_path / "scene.yaml", "record": folder}, fresh=True)
+    node = start_node({"scene": tmp_path / "scene.yaml", "record": folder})
     contacts = client.listen(ContactArray, "contacts")
     markers = client.listen(MarkerArray, "markers/illustration")
     maps = client.publisher(OccupancyGrid, "/map")

@@ -94,7 +94,7 @@ def test_what_is_grasped_while_the_robot_moves_is_where_it_was(
 ):
     """Attached and let go where the hand is when the edit begins; updates do not wait for it."""
     folder = tmp_path / "bag"
-    node = start_node({"scene": CELL, "record": folder}, fresh=True)
+    node = start_node({"scene": CELL, "record": folder})
     handle = add_ball(client, "guest")
     publisher = client.publisher(JointState, "/joint_states")
     is_over = threading.Event()
@@ -131,7 +131,7 @@ def test_what_is_grasped_while_the_robot_moves_is_where_it_was(
 def test_an_ordinary_end_leaves_a_bag_that_rosbags_reads(start_node, domain, tmp_path):
     """Nobody listened: the recording itself asks for contacts and for the whole scene."""
     folder = tmp_path / "deep" / "bag"
-    node = start_node({"scene": CELL, "record": folder}, fresh=True)
+    node = start_node({"scene": CELL, "record": folder})
     wait_until(lambda: size_of(folder) > 10_000, "the first chunk")
     assert node.stop() == 0
     with Reader(folder) as bag:
@@ -153,7 +153,7 @@ def test_an_ordinary_end_leaves_a_bag_that_rosbags_reads(start_node, domain, tmp
 def test_a_full_disk_ends_the_recording_and_not_the_node(start_node, client, domain, tmp_path):
     """What was whole before is replayed; diagnostics say what happened."""
     folder = tmp_path / "bag"
-    node = start_node({"scene": CELL, "record": folder, "diagnostics_rate": 20.0}, fresh=True)
+    node = start_node({"scene": CELL, "record": folder, "diagnostics_rate": 20.0})
     wait_until(lambda: size_of(folder) > 10_000, "the first chunk")
     # Each write beyond a size fails, as on a disk that is full.
     limit = 100_000
@@ -339,7 +339,7 @@ def test_a_killed_node_leaves_what_is_replayed_bit_for_bit(start_node, client, d
     The last test: for a while a client takes the killed node's services for those of the next one.
     """
     folder = tmp_path / "bag"
-    node = start_node({"scene": CELL, "record": folder}, fresh=True)
+    node = start_node({"scene": CELL, "record": folder})
     heard = client.listen(ContactArray, "contacts")
     move_robot(client, 100)
     handle = add_ball(client, "guest")

@@ -11,7 +11,16 @@ from scene_graph_ros.node.runtime.garbage_collection import (
     keep_what_is_there,
     LARGE,
     look_at_all_again,
+    start_without,
 )
+
+
+@pytest.fixture(autouse=True)
+def as_a_program_begins():
+    """The collector looks at all; that of the tests passes over what their modules hold."""
+    gc.unfreeze()
+    yield
+    gc.freeze()
 
 
 @pytest.fixture
@@ -34,6 +43,19 @@ def test_a_large_change_is_never_looked_through(own_process):
         large = [[] for _ in range(2 * LARGE)]
     assert gc.isenabled()
     assert gc.get_freeze_count() >= before + len(large) + len(small)
+
+
+def test_a_start_is_never_looked_through():
+    """The collector is off until all is there, and passes over that when it is on."""
+    start_without()
+    assert not gc.isenabled()
+    made = [[] for _ in range(LARGE)]
+    keep_what_is_there()
+    try:
+        assert gc.isenabled()
+        assert gc.get_freeze_count() >= len(made)
+    finally:
+        look_at_all_again()
 
 
 def test_a_change_that_fails_leaves_the_collector_at_work(own_process):

@@ -16,18 +16,10 @@ from scene_graph_ros.convex.solve.cones.blocks import upper_triangle
 from scene_graph_ros.convex.solve.cones.cone_program import Cone
 from scene_graph_ros.geometry.tolerances import EPSILON
 
-__all__ = ["into_dual", "kept_by", "outside", "solver_factors"]
+__all__ = ["into_dual", "kept_by", "outside"]
 
 _LARGEST_POWER = 600.0
 """Of e, in weights: beyond it the other weight is moved."""
-
-
-def solver_factors(cone: Cone, count: int) -> np.ndarray:
-    """Return the factors of rows ``(count,)`` in the solver's form of the cone."""
-    if cone is not Cone.SEMIDEFINITE:
-        return np.ones(count)
-    i, j = upper_triangle(math.isqrt(2 * count))
-    return np.where(i == j, 1.0, math.sqrt(2.0))
 
 
 def outside(cone: Cone, rows: np.ndarray) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, ClassVar, TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +13,7 @@ from scene_graph_ros.convex.graphs.expressions.expressions import (
     Affine,
     as_cost,
     Constraint,
+    Cost,
 )
 from scene_graph_ros.convex.graphs.expressions.functions import (
     FunctionConstraint,
@@ -22,6 +24,8 @@ from scene_graph_ros.convex.graphs.expressions.transcription import (
     as_transcriptions,
     Transcription,
 )
+from scene_graph_ros.convex.graphs.model.checked_result import checked_result
+from scene_graph_ros.convex.graphs.model.slack_variables import SlackVariables
 from scene_graph_ros.convex.graphs.model.term_copies import renumbered
 from scene_graph_ros.geometry.one_line import cut
 from scene_graph_ros.geometry.quoting import quoted
@@ -41,6 +45,7 @@ class Costly:
         self._id, self._name = number, name
         self._costs: list[tuple[Any, frozenset[Transcription]]] = []
         self._constraints: list[tuple[Any, frozenset[Transcription]]] = []
+        self._slack: list[SlackVariables] = []
         self._changes = 0
 
     def __repr__(self) -> str:
@@ -57,16 +62,74 @@ class Costly:
         return self._name
 
     def _own(self) -> dict[int, str]:
+        """Return the names of the points that may be in its terms, by numbers of vertices."""
+        raise NotImplementedError
+
+    def _next_number(self) -> int:
+        """Return a number that the graph has not given out."""
         raise NotImplementedError
 
     def _check(self, of: Affine, question: str) -> None:
-        own = self._own()
+        own, slack = self._own(), {each.number for each in self._slack}
         for number in of.terms:
-            if number not in own:
+            if number not in own and number not in slack:
+                names = [*own.values(), *(["slack variables of its own"] if slack else [])]
                 raise ConvexSetError(
-                    f"{self._label}.{question}: the expression has the point of vertex {number};"
-                    f" only {' and '.join(own.values())} may be in it"
+                    f"{self._label}.{question}: the expression has the point of vertex {number},"
+                    f" or slack variables of that number; only {' and '.join(names)} may be in it"
                 )
+
+    def new_slack_variables(
+        self,
+        rows: int,
+        name: str = "",
+        lower_bound: Any = -np.inf,
+        upper_bound: Any = np.inf,
+    ) -> Affine:
+        """Return ``rows`` more variables, for costs and constraints of this one alone.
+
+        They are no part of a point: a path's points and these are chosen together, wherever the
+        path goes along or through this one. Bounds are numbers or ``(rows,)``; without these,
+        costs and constraints have to bound the variables. An affine cost that has some counts
+        as 0 where it is less. Functions take all of them, one array
+        ``(k,)`` in the order in which they were made, behind the points. Raises ConvexSetError.
+        """
+        label = f"{self._label}.new_slack_variables of {self._name!r}"
+        made = SlackVariables.make(
+            label, self._next_number(), rows, name, lower_bound, upper_bound
+        )
+        self._changes += 1
+        self._slack.append(made)
+        return made.expression
+
+    @property
+    def slack_variables(self) -> list[Affine]:
+        """The expressions that `new_slack_variables` returned, in their order."""
+        return [each.expression for each in self._slack]
+
+    @property
+    def last_number(self) -> int:
+        """The largest number that is given to this or to its slack variables."""
+        return max([self._id, *(each.number for each in self._slack)])
+
+    def get_solution_slack_variables(self, result: GraphOfConvexSetsResult) -> np.ndarray | None:
+        """Return the values ``(k,)`` of all slack variables in a result; None beside its path.
+
+        Of a relaxation without a path, the mean of those of all its flows.
+        """
+        label = f"{self._label}.get_solution_slack_variables"
+        values = checked_result(result, label).slack_variables
+        numbers = [each.number for each in self._slack]
+        if not result.is_success and result.flows:
+            shares = [(flow, at) for flow, at in self._shares(result) if flow > 0.0]
+            total = sum(flow for flow, _ in shares)
+            if not shares:
+                return None
+            sums = [sum(flow * at[number] for flow, at in shares) / total for number in numbers]
+            return np.concatenate([np.zeros(0), *sums])
+        if any(number not in values for number in numbers):
+            return None
+        return np.concatenate([np.zeros(0), *(values[number] for number in numbers)])
 
     def add_cost(
         self,
@@ -121,9 +184,19 @@ class Costly:
         self._constraints.append((constraint, used))
         return constraint
 
-    def _take_terms(self, template: Costly, numbers: Mapping[int, int]) -> None:
-        """Take the costs and constraints of another, of vertices with other numbers."""
+    def _take_terms(self, template: Costly, numbers: Mapping[int, int] | None = None) -> None:
+        """Take the costs, constraints and slack variables of another.
+
+        Of vertices with other ``numbers``, and then slack variables have new ones, too.
+        """
         self._changes += 1
+        self._slack = list(template._slack)
+        if numbers is None:
+            numbers = {}
+        else:
+            self._slack = [replace(s, number=self._next_number()) for s in template._slack]
+            pairs = zip(template._slack, self._slack, strict=True)
+            numbers = {**numbers, **{old.number: new.number for old, new in pairs}}
         self._costs += [(renumbered(term, numbers), used) for term, used in template._costs]
         self._constraints += [
             (renumbered(term, numbers), used) for term, used in template._constraints
@@ -172,13 +245,23 @@ class Costly:
         """Which sets of transcriptions its costs and constraints count in."""
         return {used for _, used in (*self._costs, *self._constraints)}
 
+    def _is_affine_with_slack(self, cost: Any) -> bool:
+        """Tell whether a cost is affine and has slack variables: it counts from 0 on."""
+        if not isinstance(cost, Cost) or cost.atoms:
+            return False
+        return any(each.number in cost.rest.terms for each in self._slack)
+
     def _cost_at(self, cost: Any, points: dict[int, np.ndarray]) -> float:
         """Return one of its costs at points by numbers of vertices."""
-        return float(
-            cost.at(points, list(self._own()))
-            if isinstance(cost, FunctionCost)
-            else cost.at(points)
-        )
+        if not isinstance(cost, FunctionCost):
+            value = float(cost.at(points))
+            return max(value, 0.0) if self._is_affine_with_slack(cost) else value
+        numbers = list(self._own())
+        if self._slack:
+            all_of_them = np.concatenate([points[each.number] for each in self._slack])
+            numbers, points = [*numbers, self._slack[0].number], dict(points)
+            points[self._slack[0].number] = all_of_them
+        return cost.at(points, numbers)
 
     def cost_at(self, costs: Sequence[Any], points: dict[int, np.ndarray]) -> float:
         """Return the sum of some of its costs at points ``(n,)`` by numbers of vertices."""
@@ -204,7 +287,7 @@ class Costly:
         if cost is None or default is None:
             return default
         points = dict(zip(result.vertices, result.points, strict=True))
-        return self._cost_at(cost, points)
+        return self._cost_at(cost, points | dict(result.slack_variables))
 
     def _shares(
         self, result: GraphOfConvexSetsResult

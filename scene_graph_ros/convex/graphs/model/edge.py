@@ -95,6 +95,9 @@ class Vertex(Costly):
     def _own(self) -> dict[int, str]:
         return {self.id: "vertex.x"}
 
+    def _next_number(self) -> int:
+        return next(self._of_graph.numbers)
+
     def _shares(
         self, result: GraphOfConvexSetsResult
     ) -> list[tuple[float, dict[int, np.ndarray]]]:
@@ -174,6 +177,9 @@ class Edge(Costly):
     def _own(self) -> dict[int, str]:
         return {self._u.id: "edge.xu", self._v.id: "edge.xv"}
 
+    def _next_number(self) -> int:
+        return self._u._next_number()
+
     def kept_terms(self, used: Transcription, is_first: bool) -> EdgeTerms | None:
         """Return the terms of `keep_terms`; None where costs or constraints were added since."""
         return self._terms.get(self._moment(used, is_first))
@@ -233,7 +239,8 @@ class Edge(Costly):
         if flow is None or not flow > _NO_FLOW:
             return [] if flow is None else [(0.0, {})]
         at = {self._u.id: result.phi_xu[self.id] / flow, self._v.id: result.phi_xv[self.id] / flow}
-        return [(flow, at)]
+        slack = result.phi_slack_variables.get(self.id, {})
+        return [(flow, at | {number: s / flow for number, s in slack.items()})]
 
     def get_solution_cost(self, result: GraphOfConvexSetsResult, cost: Any = None) -> float | None:
         """Return the cost of the edge, or of one of its terms, on a result's path; None beside it.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Generic, TypeVar
 
 from scene_graph_ros.geometry.model.writes import Writes
@@ -16,11 +17,13 @@ class EdgeTable(Generic[Edge]):
 
     A removal, of vertices, too, happens once its writes are known. Whoever looks does those first
     that are left. Vertices know this and not their graph, so that one without edges is no cycle.
+    ``numbers`` are those that the graph gives out next, to vertices, edges and slack variables.
     """
 
-    __slots__ = ("_edges", "_left")
+    __slots__ = ("_edges", "_left", "numbers")
 
     def __init__(self) -> None:
+        self.numbers = itertools.count()
         self._edges: dict[int, Edge] = {}
         self._left: Writes | None = None
 

@@ -114,7 +114,7 @@ class ForwardSearch:
     def _expand(self, key: float, path: Path) -> bool:
         """Put all that follow a start in the queue; False where no more may be asked for."""
         at = path[-1].v if path else self._source
-        if at.id not in self._expanded:
+        if at.id >= 0 and at.id not in self._expanded:  # others are of slack variables
             if len(self._expanded) >= self._most_calls:
                 return False
             self._expanded.add(at.id)
@@ -226,5 +226,5 @@ class ForwardSearch:
             vertex_costs=costs_at(vertices, points, Transcription.MIP),
             violation=found.best.violation,
             num_search_programs=self._programs,
-            num_edges_solved=len(self._terms),
+            num_edges_solved=sum(number >= 0 for number in self._terms),
         )

@@ -126,7 +126,9 @@ class PathAnswer:
         self._bound = -np.inf if proven[1] is None else proven[1].value
         self._common: dict[str, Any] = {
             "relaxation": Once(lambda: relaxation_answer(edges, problem, relaxed, proven)),
-            "num_edges_solved": len(edges),
+            "num_edges_solved": sum(
+                edge.id >= 0 for edge in edges
+            ),  # others are of slack variables
         }
 
     def of_relaxation(

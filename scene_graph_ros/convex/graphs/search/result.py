@@ -34,7 +34,8 @@ class PathBound:
 class RelaxationAnswer:
     """The relaxation's answer: its cost, flows and points by the numbers of edges, its bound.
 
-    ``phi_xu`` and ``phi_xv`` ``(n,)`` are the flow times the points of an edge. The cost is the
+    ``phi_xu`` and ``phi_xv`` ``(n,)`` are the flow times the points of an edge, and
+    ``phi_slack_variables`` times its slack variables and those of its vertices. The cost is the
     solver's word; the bound is proven.
     """
 
@@ -43,6 +44,7 @@ class RelaxationAnswer:
     phi_xu: Mapping[int, np.ndarray] = field(default_factory=dict)
     phi_xv: Mapping[int, np.ndarray] = field(default_factory=dict)
     bound: PathBound | None = None
+    phi_slack_variables: Mapping[int, Mapping[int, np.ndarray]] = field(default_factory=dict)
 
 
 _NO_RELAXATION = Once.of(RelaxationAnswer())
@@ -59,7 +61,8 @@ class GraphOfConvexSetsResult:
     relaxation's, by the numbers of edges, and ``transcription`` its form; where a path
     was found without one it is solved when one of them is first read.
     ``rounded_paths`` are the edges of each path of the relaxation that was compared.
-    ``is_stopped`` tells whether the options' ``termination_func`` ended the search.
+    ``slack_variables`` ``(k,)`` are those of edges and vertices on the path, by their numbers in
+    expressions. ``is_stopped`` tells whether the options' ``termination_func`` ended the search.
     ``solver_bound`` is a mixed-integer solver's lower bound of all paths: not proven.
     """
 
@@ -81,6 +84,7 @@ class GraphOfConvexSetsResult:
     transcription: Transcription = Transcription.MIP
     is_stopped: bool = False
     rounded_paths: tuple[tuple[int, ...], ...] = ()
+    slack_variables: Mapping[int, np.ndarray] = field(default_factory=dict)
 
     @property
     def flows(self) -> Mapping[int, float]:
@@ -96,6 +100,11 @@ class GraphOfConvexSetsResult:
     def phi_xv(self) -> Mapping[int, np.ndarray]:
         """The flow times the point ``(n,)`` that each edge leads to."""
         return self.relaxation().phi_xv
+
+    @property
+    def phi_slack_variables(self) -> Mapping[int, Mapping[int, np.ndarray]]:
+        """The flow times the slack variables ``(k,)`` of each edge and its vertices."""
+        return self.relaxation().phi_slack_variables
 
     @property
     def relaxation_cost(self) -> float:

@@ -38,13 +38,17 @@ _MOST_CORNERS = 32
 _TURNS = 2
 """Turns of a ray towards a row, for each variable, before a program is solved."""
 
+_MOST_LOST = 2
+"""Rows that rays were turned to in vain, less those found: beyond it programs are quicker."""
+
 
 class _Needed(NamedTuple):
     """Rows that are needed, as far as they are known, and corners of their polyhedron.
 
     ``rows (m + 1, n)``, columns, sides and slacks have room for one more; ``counts`` are how many
     rows and corners there are. ``inverses (c, n, n)`` are those of the corners' bases; behind them
-    are those of the present walk, and a ray's way.
+    are those of the present walk, a ray's way, and how many more rows rays were turned to in vain
+    than were found, ``(1,)``.
     """
 
     rows: np.ndarray
@@ -60,6 +64,7 @@ class _Needed(NamedTuple):
     basis: np.ndarray
     inverse: np.ndarray
     way: np.ndarray
+    lost: np.ndarray
 
 
 @lean_kernel
@@ -164,7 +169,7 @@ def _settle_row(body, i, is_sure, needed, y, proof):
     row, side = body.rows[i], body.sides[i]
     above = moved(side, body.tol, body.lengths[i], 1.0)
     x, basis, inverse, way = needed.x, needed.basis, needed.inverse, needed.way
-    has_turned = False
+    has_turned = needed.lost[0] > _MOST_LOST
     for _ in range(len(is_sure) + 2):
         _add_sure(body, is_sure, needed)
         if is_sure[i]:
@@ -175,6 +180,7 @@ def _settle_row(body, i, is_sure, needed, y, proof):
         if not (is_beyond or is_optimal or has_turned):
             has_turned = True
             _shoot_towards(body, i, is_sure, way)
+            needed.lost[0] += -1 if is_sure[i] else 1
             continue
         if not (is_beyond or is_optimal):
             # The row itself ends the walk beyond it.
@@ -222,6 +228,7 @@ def _divide(body, is_sure):
         np.empty(n, np.int64),
         np.empty((n, n)),
         np.empty(n),
+        np.zeros(1, np.int64),
     )
     ys, proofs = np.empty((m, n)), np.empty((m, n), np.int64)
     for i in range(m):

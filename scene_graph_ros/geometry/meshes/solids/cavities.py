@@ -60,6 +60,8 @@ class Part(NamedTuple):
     lower: FloatArray
     upper: FloatArray
     has_edges_of_two: bool
+    is_nested: bool = False
+    """Whether it winds around points more than once, with walls that the library would leave."""
 
 
 def may_have_cavities(members: list[Part]) -> bool:

@@ -28,7 +28,7 @@ from scene_graph_ros.geometry.meshes.solids.winding import winding_numbers
 from scene_graph_ros.geometry.meshes.triangle_boxes import triangle_boxes
 from scene_graph_ros.geometry.spatial.sums import product
 
-__all__ = ["unfolded"]
+__all__ = ["first_fold", "unfolded"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -63,15 +63,26 @@ def _folds(vertices, triangles, normals, lower, upper, tree, flat, shared):
     return pairs[:count].copy()
 
 
+def _pairs(vertices: FloatArray, triangles: IntArray, size: float) -> IntArray:
+    normals = unit_normals(vertices[triangles])
+    (lower, upper), flat = triangle_boxes(vertices, triangles), TOUCHING * size
+    tree: tuple[Any, ...] = build_bvh(lower - flat, upper + flat)
+    arrays = (np.array(a, order="C") for a in (vertices, triangles, normals, lower, upper))
+    return np.asarray(_folds(*arrays, tree, flat, SHARED * size))
+
+
+def first_fold(vertices: FloatArray, triangles: IntArray) -> FloatArray | None:
+    """Return a corner (3,) of two of (m, 3) triangles that lie on each other, or None."""
+    pairs = _pairs(vertices, triangles, float(np.abs(vertices[triangles]).max()))
+    return vertices[triangles[pairs[0, 0], 0]] if len(pairs) else None
+
+
 def unfolded(vertices: FloatArray, triangles: IntArray) -> FloatArray:
     """Return vertices (v, 3) moved where oriented triangles (m, 3) lie on each other."""
     corners = vertices[triangles]
     size = float(np.abs(corners).max())
     normals = unit_normals(corners)
-    (lower, upper), flat = triangle_boxes(vertices, triangles), TOUCHING * size
-    tree: tuple[Any, ...] = build_bvh(lower - flat, upper + flat)
-    arrays = (np.array(a, order="C") for a in (vertices, triangles, normals, lower, upper))
-    pairs = _folds(*arrays, tree, flat, SHARED * size)
+    pairs = _pairs(vertices, triangles, size)
     if not len(pairs):
         return vertices
     middles = np.array([_common_middle(corners[t], corners[s], normals[t]) for t, s in pairs])

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.meshes.distinct_rows import used_indices
 from scene_graph_ros.geometry.meshes.solids.cavities import Part
 from scene_graph_ros.geometry.meshes.solids.pairing import with_pairs_apart
+from scene_graph_ros.geometry.meshes.solids.press import PRESSED
 
 __all__ = ["bodies_of", "boundary_of"]
 
@@ -25,20 +26,28 @@ IntArray = NDArray[np.int64]
 _TOUCHING = 1e-9
 """Relative to a body's volume: as much it has in common with another one that it only touches."""
 
+_THIN = 4.0
+"""Of PRESSED: the volume over the area of what bodies that only touch have in common is half of
+its thickness, which is four times as much at most."""
 
-def boundary_of(bodies: Sequence[Any], cavity_of: Sequence[int]) -> tuple[FloatArray, IntArray]:
+
+def boundary_of(
+    bodies: Sequence[Any], cavity_of: Sequence[int], grown: Sequence[Any], size: float
+) -> tuple[FloatArray, IntArray]:
     """Return the boundary, points (v, 3) and triangles (m, 3), of the solid of manifolds.
 
-    ``cavity_of`` has for each the body that it is a cavity of, or -1.
+    ``cavity_of`` has for each the body that it is a cavity of, or -1; ``grown`` are the cavities
+    as they count for what they have in common (``press``). ``size`` is the largest coordinate.
     """
     import manifold3d
 
-    solids, hollows = _hollowed(bodies, cavity_of)
+    solids, hollows = _hollowed(bodies, cavity_of, grown)
     whole = manifold3d.Manifold.batch_boolean(solids, manifold3d.OpType.Add)
     if hollows:
         out = _levels(hollows, len(hollows))
         # Where there is no cavity, it is enough to be in one of the others.
-        inside = [whole, *_levels(_beside(solids, hollows), len(out) + 1)[1:]]
+        apart = _without_contacts(_beside(solids, hollows), _THIN * PRESSED * size)
+        inside = [whole, *_levels(apart, len(out) + 1)[1:]]
         out.append(manifold3d.Manifold())
         whole = manifold3d.Manifold.batch_boolean(
             [u - v for u, v in zip(inside, out, strict=False)], manifold3d.OpType.Add
@@ -49,29 +58,52 @@ def boundary_of(bodies: Sequence[Any], cavity_of: Sequence[int]) -> tuple[FloatA
     return points, triangles
 
 
-def _hollowed(bodies: Sequence[Any], cavity_of: Sequence[int]) -> tuple[list[Any], list[Any]]:
+def _hollowed(
+    bodies: Sequence[Any], cavity_of: Sequence[int], grown: Sequence[Any]
+) -> tuple[list[Any], list[Any]]:
     """Return the bodies without their cavities, and of each what is in k of these, k > 1."""
     import manifold3d
 
     solids, common = [], []
     for k, of in enumerate(cavity_of):
-        own = [body for body, parent in zip(bodies, cavity_of, strict=True) if parent == k]
+        rows = [i for i, parent in enumerate(cavity_of) if parent == k]
+        own, wide = [bodies[i] for i in rows], [grown[i] for i in rows]
         if of < 0:
             cut = manifold3d.OpType.Subtract
             solids.append(manifold3d.Manifold.batch_boolean([bodies[k], *own], cut))
         elif own:
-            common += own
+            common += wide
         least = _TOUCHING * min((body.volume() for body in own), default=0.0)
-        common += [both for both in _levels(own, len(own))[1:] if abs(both.volume()) > least]
+        common += [both for both in _levels(wide, len(wide))[1:] if abs(both.volume()) > least]
     return solids, common
 
 
-def bodies_of(vertices: FloatArray, members: list[Part], nested: list[bool]) -> list[Any]:
+def _without_contacts(bodies: Sequence[Any], thickness: float) -> list[Any]:
+    """Return bodies, those united that have no more in common than pressing makes of contact.
+
+    So points where they are pressed into each other are in one body, not in two.
+    """
+    result: list[Any] = []
+    for body in bodies:
+        least, chosen = 1.0, None
+        for k, other in enumerate(result):
+            both = other ^ body
+            area = both.surface_area()
+            if both.volume() > thickness * area:
+                continue
+            # One that it touches rather than one that it is away from.
+            if chosen is None or (area > 0.0 and least == 0.0):
+                least, chosen = area, k
+        if chosen is None:
+            result.append(body)
+        else:
+            result[chosen] += body
+    return result
+
+
+def bodies_of(vertices: FloatArray, members: list[Part]) -> list[Any]:
     """Return parts for the library, with None for those that it refuses or that are nested."""
-    return [
-        None if is_nested else _body(vertices, part)
-        for part, is_nested in zip(members, nested, strict=True)
-    ]
+    return [None if part.is_nested else _body(vertices, part) for part in members]
 
 
 def _body(vertices: FloatArray, part: Part) -> Any:

@@ -11,7 +11,7 @@ from scene_graph_ros.geometry.meshes.solids.half_edges import Edges, edges_of, m
 from scene_graph_ros.geometry.meshes.solids.pairing import pair_around
 from scene_graph_ros.geometry.meshes.solids.walk import walk_parts
 
-__all__ = ["Parts", "find_parts", "joined_parts", "signed_volumes", "size_of"]
+__all__ = ["Parts", "are_flat", "find_parts", "joined_parts", "signed_volumes", "size_of"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -20,9 +20,11 @@ BoolArray = NDArray[np.bool_]
 _ROUNDS = 16
 """Of pairing around edges that parts share; each round leaves fewer open ones."""
 
-
 _ALIKE = 0.9
 """A part in which fewer triangles run alike says nothing of what it means by their way."""
+
+_ROUNDING = 1e-15
+"""Relative to the largest coordinate: how thick rounding makes a plate without thickness."""
 
 
 class Parts(NamedTuple):
@@ -96,6 +98,30 @@ def signed_volumes(
     return np.asarray(np.bincount(label, six, count), dtype=np.float64)
 
 
+def are_flat(
+    vertices: FloatArray, triangles: IntArray, label: IntArray, volumes: FloatArray
+) -> BoolArray:
+    """Return (n,): whether a part encloses nothing, but for its coordinates' rounding.
+
+    ``volumes`` (n,) are six times those of the parts.
+    """
+    count, most = (
+        np.bincount(label, minlength=len(volumes)),
+        float(np.abs(vertices).max(initial=0.0)),
+    )
+    # No triangle is larger than the box around all: so areas are asked of few parts.
+    small = np.abs(volumes) <= 16.0 * _ROUNDING * most**3 * count
+    if not small.any():
+        return small
+    rows = np.flatnonzero(small[label])
+    thickness = _ROUNDING * float(np.abs(vertices[triangles]).max())
+    a, b, c = (vertices[triangles[rows, k]] for k in range(3))
+    doubled = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    areas = np.bincount(label[rows], doubled, len(volumes))
+    # A plate has one and a half times its thickness times its doubled area, both sides counted.
+    return np.asarray(small & (np.abs(volumes) <= 1.5 * thickness * areas))
+
+
 def _directions(edges: Edges, turned: NDArray[np.bool_]) -> IntArray:
     """Return (3 m,): 1 for half edges from the lower vertex to the higher one, else -1."""
     forward = (edges.start < edges.end) != np.repeat(turned, 3)
@@ -131,8 +157,8 @@ def _oriented(
     raw = triangles
     triangles = np.where(turned[:, None], triangles[:, ::-1], triangles)
     volumes = signed_volumes(vertices, triangles, label, count)
-    # A part of two triangles back to back encloses nothing, however it is closed.
-    closed = closed & (volumes != 0.0)
+    # A part that lies back to back encloses nothing, however it is closed.
+    closed = closed & ~are_flat(vertices, triangles, label, volumes)
     inwards = closed & (volumes < 0.0)
     triangles = np.where(inwards[label][:, None], triangles[:, ::-1], triangles)
     is_kept = (triangles == raw).all(axis=1)

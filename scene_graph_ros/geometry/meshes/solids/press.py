@@ -6,6 +6,10 @@ half of the gap, and by PRESSED, which is less than the promised accuracy: then 
 
 A face of a cavity that lies on one of the part that it is a cavity of is a mouth: there it is
 moved out of that part, so that no skin is left over the mouth.
+
+A body in a cavity that is flush with its wall then reaches into the wall. Where another cavity of
+the same part takes both away, it has to take that, too: for what cavities have in common they are
+as much larger there.
 """
 
 from __future__ import annotations
@@ -52,6 +56,9 @@ _FACING = -0.99
 _ONE_PLANE = 1e-3
 """Relative to the largest singular value of a corner's normals: planes nearer than it are one."""
 
+_BEHIND = 5.0
+"""Of the step by which touching faces are pressed: bodies reach into walls by at most 4."""
+
 
 class Pressed(NamedTuple):
     """Vertices after faces were pressed together."""
@@ -64,6 +71,8 @@ class Pressed(NamedTuple):
     """(3,): a corner at the widest one, if any."""
     widest: float
     """Metres, of the same."""
+    grown: FloatArray
+    """(v, 3): the same, but for cavities, which have in them what is pressed into their walls."""
     tree: Tree | None
     """Of boxes around the triangles of these vertices, unless some moved out of theirs."""
 
@@ -238,7 +247,7 @@ def pressed_together(
     steps = np.where(mouths <= reach, np.minimum(mouths, reach) - reach, steps)
     rows = np.flatnonzero(steps)
     if not len(rows):
-        return Pressed(vertices, 0, vertices[:0], 0.0, tree)
+        return Pressed(vertices, 0, vertices[:0], 0.0, vertices, tree)
     at = moved(vertices, triangles[rows], normals[rows], steps[rows])
     is_around = bool(np.abs(at - vertices).max() < 0.5 * most)
     return Pressed(
@@ -246,8 +255,29 @@ def pressed_together(
         int(slits),
         vertices[triangles[gaps.argmax(), 0]],
         float(gaps.max()),
+        _grown(at, triangles, normals, cavity_of[part] >= 0, steps, by),
         tree if is_around else None,
     )
+
+
+def _grown(
+    vertices: FloatArray,
+    triangles: IntArray,
+    normals: FloatArray,
+    is_hollow: NDArray[np.bool_],
+    steps: FloatArray,
+    by: float,
+) -> FloatArray:
+    """Return pressed vertices (v, 3), those of cavities' walls behind what is pressed into them.
+
+    ``is_hollow`` (m,) are triangles of cavities, and ``steps`` (m,) how far each was moved. Mouths
+    were moved outwards, and stay. Bodies that overlapped by up to 2 ``by`` do by 4 of them now.
+    """
+    rows = np.flatnonzero(is_hollow & (steps != 0.0))
+    if not (steps[rows] > 0.0).any():
+        return vertices
+    back = np.where(steps[rows] > 0.0, -_BEHIND * by, 0.0)
+    return moved(vertices, triangles[rows], normals[rows], back)
 
 
 def unit_normals(corners: FloatArray) -> FloatArray:

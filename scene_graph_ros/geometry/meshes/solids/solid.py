@@ -25,6 +25,7 @@ from scene_graph_ros.geometry.meshes.solids.half_edges import (
 from scene_graph_ros.geometry.meshes.solids.kept_solid import kept_solid
 from scene_graph_ros.geometry.meshes.solids.mesh_report import MeshReport, Repair
 from scene_graph_ros.geometry.meshes.solids.parts import (
+    are_flat,
     find_parts,
     joined_parts,
     Parts,
@@ -116,10 +117,10 @@ def _one_closed_part(vertices: FloatArray, triangles: IntArray) -> Solid | None:
     label, _, is_two_sided = walk_parts(mate, edges.start)
     if len(is_two_sided) > 1:
         return None
-    volume = signed_volumes(vertices, triangles, label, 1)[0]
-    if volume == 0.0:
+    volumes = signed_volumes(vertices, triangles, label, 1)
+    if are_flat(vertices, triangles, label, volumes)[0]:
         return None
-    if volume < 0.0:
+    if volumes[0] < 0.0:
         triangles = np.ascontiguousarray(triangles[:, ::-1])
     report = MeshReport(1, 0, 0, (), True, "")
     return Solid(vertices, triangles, label, 1, report, np.zeros((0, 2, 3)))

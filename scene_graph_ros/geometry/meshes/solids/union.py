@@ -7,15 +7,15 @@ or that cross themselves, are cut where they cross (``resolve``).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.meshes.distinct_rows import used_indices
-from scene_graph_ros.geometry.meshes.solids.cavities import cavities_among, may_have_cavities, Part
+from scene_graph_ros.geometry.meshes.solids.cavities import Part
 from scene_graph_ros.geometry.meshes.solids.crossings import first_crossing
 from scene_graph_ros.geometry.meshes.solids.folds import unfolded
 from scene_graph_ros.geometry.meshes.solids.manifolds import bodies_of, boundary_of
@@ -24,7 +24,11 @@ from scene_graph_ros.geometry.meshes.solids.overlaps import groups_of_boxes
 from scene_graph_ros.geometry.meshes.solids.pairing import is_nested_in_itself
 from scene_graph_ros.geometry.meshes.solids.parts import Parts, signed_volumes, size_of
 from scene_graph_ros.geometry.meshes.solids.piercing import TooManyError
-from scene_graph_ros.geometry.meshes.solids.press import pressed_together
+from scene_graph_ros.geometry.meshes.solids.pressed_parts import (
+    folds_at,
+    pressed_parts,
+    PressedParts,
+)
 from scene_graph_ros.geometry.meshes.solids.resolve import resolved
 from scene_graph_ros.geometry.meshes.solids.slivers import (
     Corners,
@@ -180,18 +184,8 @@ def _united_group(
 ) -> _Piece:
     """Return the boundary of the solid of parts whose boxes overlap, with the middle as origin."""
     points, members = _about(middle, vertices, members)
-    nested = [
-        not part.has_edges_of_two and is_nested_in_itself(points, part.triangles)
-        for part in members
-    ]
-    repairs: list[Repair] = []
-    if len(members) > 1 and not resolve:  # else all are cut together
-        points, members, nested, repairs = _without_nesting(points, members, nested)
-    label = np.repeat(np.arange(len(members)), [len(part.triangles) for part in members])
-    triangles = np.concatenate([part.triangles for part in members])
-    of = np.full(len(points), -1)
-    of[triangles] = label[:, None]
     if len(members) == 1:
+        triangles, of = members[0].triangles, np.zeros(len(points), dtype=np.int64)
         crossing = first_crossing(points, triangles)
         if crossing is None:
             try:
@@ -200,34 +194,51 @@ def _united_group(
                 return _resolved_group(points, triangles, of)
             return _Piece(points, triangles, [])
         return _resolved_group(points, triangles, of, crossing)
-    cavity_of = [-1] * len(members)
-    if may_have_cavities(members):
-        bodies = bodies_of(points, members, nested)
-        cavity_of, reaching = cavities_among(points, members, bodies, tolerance)
-        if reaching:
-            at = points[members[reaching[0]].triangles].mean(axis=(0, 1))
-            repairs.append(
-                _repair("cavities that reach out of their part cut off", len(reaching), at)
-            )
-    hollow = np.array(cavity_of) >= 0
-    oriented = np.where(hollow[label][:, None], triangles[:, ::-1], triangles)
-    pressed = pressed_together(points, oriented, label, np.array(cavity_of), tolerance)
-    points = pressed.vertices
-    if pressed.slits:
-        kind = "slits pressed together"
-        repairs.append(_repair(kind, pressed.slits, pressed.point, pressed.widest))
-    crossing, given = None, (points, oriented)
+    members = [
+        part._replace(
+            is_nested=not part.has_edges_of_two and is_nested_in_itself(points, part.triangles)
+        )
+        for part in members
+    ]
+    repairs: list[Repair] = []
+    if not resolve:  # else all are cut together
+        nested = {k: None for k, part in enumerate(members) if part.is_nested}
+        points, members, repairs = _cut_alone(points, members, nested)
+    found = pressed_parts(points, members, tolerance)
+    folded = folds_at(points, members, found)
+    if folded:
+        points, members, more = _cut_alone(points, members, folded)
+        repairs += more
+        if not members:
+            return _Piece(*_together([]), repairs)
+        found = pressed_parts(points, members, tolerance)
+    return _united_parts(found, members, repairs, resolve=resolve)
+
+
+def _united_parts(
+    found: PressedParts, members: list[Part], repairs: list[Repair], *, resolve: bool
+) -> _Piece:
+    """Return the boundary of the solid of parts that are pressed together; repairs are added."""
+    points, oriented = given = found.pressed.vertices, found.oriented
+    if found.reaching:
+        at = points[members[found.reaching[0]].triangles].mean(axis=(0, 1))
+        kind = "cavities that reach out of their part cut off"
+        repairs.append(_repair(kind, len(found.reaching), at))
+    if found.pressed.slits:
+        kind, widest = "slits pressed together", found.pressed.widest
+        repairs.append(_repair(kind, found.pressed.slits, found.pressed.point, widest))
+    crossing, tree = None, found.pressed.tree
     try:
-        united = _by_library(bodies_of(points, members, nested), cavity_of, Corners(points, of))
-        _hold_to_winding(given, united[:2], pressed.tree)
+        united = _by_library(found, members)
+        _hold_to_winding(given, united[:2], tree)
         crossing = first_crossing(*united[:2]) if resolve else None
         is_resolved = crossing is not None
     except _NotUnitedError:
-        crossing, is_resolved = first_crossing(points, triangles), True
+        crossing, is_resolved = first_crossing(points, found.triangles), True
     if is_resolved:
-        united = _resolved_group(points, oriented, of, crossing)
-    repairs += united.repairs + _vanished(members, given, united[:2], pressed.tree)
-    return _Piece(*united[:2], repairs, int(np.sum(hollow)))
+        united = _resolved_group(points, oriented, found.of, crossing)
+    repairs += united.repairs + _vanished(members, given, united[:2], tree)
+    return _Piece(*united[:2], repairs, int(np.sum(np.array(found.cavity_of) >= 0)))
 
 
 def _vanished(members: list[Part], given: Shell, united: Shell, tree: Tree | None) -> list[Repair]:
@@ -248,31 +259,43 @@ def _vanished(members: list[Part], given: Shell, united: Shell, tree: Tree | Non
     return [_repair("parts as thin as rounding dropped", len(lost), middles[lost[0]], largest)]
 
 
-def _without_nesting(
-    points: FloatArray, members: list[Part], nested: list[bool]
-) -> tuple[FloatArray, list[Part], list[bool], list[Repair]]:
-    """Return vertices and parts, those nested in themselves as they are without walls inside.
+def _cut_alone(
+    points: FloatArray, members: list[Part], chosen: Mapping[int, FloatArray | None]
+) -> tuple[FloatArray, list[Part], list[Repair]]:
+    """Return vertices and parts, the chosen ones cut where they cross or lie on themselves.
 
-    The library would leave the walls. Also returns which could not be cut, and repairs.
+    A place (3,) that is known of one is reported. A part that bounds nothing is left out; one that
+    can't be cut stays as it is.
     """
-    at, result, left, count = [points], [], list(nested), len(points)
+    at, result, count = [points], [], len(points)
     repairs: list[Repair] = []
     for k, part in enumerate(members):
-        if nested[k]:
-            own, triangles = _used(points, part.triangles)
-            try:
-                cut = _resolved_group(own, triangles, np.zeros(len(own), dtype=np.int64))
-            except _NotUnitedError:
-                result.append(part)
-                continue
-            one = np.zeros(len(cut.triangles), dtype=np.int64)
-            volume = float(signed_volumes(cut.vertices, cut.triangles, one, 1)[0]) / 6.0
-            part = part._replace(triangles=cut.triangles + count, volume=volume)
-            at.append(cut.vertices)
-            repairs += cut.repairs
-            left[k], count = False, count + len(cut.vertices)
-        result.append(part)
-    return np.concatenate(at), result, left, repairs
+        if k not in chosen:
+            result.append(part)
+            continue
+        own, triangles = _used(points, part.triangles)
+        of = np.zeros(len(own), dtype=np.int64)
+        try:
+            cut = _resolved_group(own, triangles, of, chosen[k])
+        except _NotUnitedError:
+            result.append(part)
+            continue
+        repairs += cut.repairs
+        if not len(cut.triangles):
+            continue
+        one = np.zeros(len(cut.triangles), dtype=np.int64)
+        volume = float(signed_volumes(cut.vertices, cut.triangles, one, 1)[0]) / 6.0
+        result.append(
+            part._replace(
+                triangles=cut.triangles + count,
+                volume=volume,
+                has_edges_of_two=False,
+                is_nested=False,
+            )
+        )
+        at.append(cut.vertices)
+        count += len(cut.vertices)
+    return np.concatenate(at), result, repairs
 
 
 def _about(
@@ -311,11 +334,17 @@ def _resolved_group(
     return piece
 
 
-def _by_library(bodies: Sequence[Any], cavity_of: list[int], corners: Corners) -> _Piece:
-    """Return the boundary of the solid of manifolds, some of which are cavities."""
+def _by_library(found: PressedParts, members: list[Part]) -> _Piece:
+    """Return the boundary of the solid of parts by the library."""
+    points, grown = found.pressed.vertices, found.pressed.grown
+    bodies = bodies_of(points, members)
     if any(body is None for body in bodies):
         raise _NotUnitedError("manifold3d refuses a part")
-    return _collapsed(*boundary_of(bodies, cavity_of), corners)
+    wide = bodies_of(grown, members) if grown is not points else bodies
+    wide = [body if other is None else other for body, other in zip(bodies, wide, strict=True)]
+    size = float(np.abs(points).max())
+    corners = Corners(points, found.of)
+    return _collapsed(*boundary_of(bodies, found.cavity_of, wide, size), corners)
 
 
 def _collapsed(points: FloatArray, triangles: IntArray, corners: Corners) -> _Piece:

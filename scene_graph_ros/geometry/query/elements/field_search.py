@@ -21,6 +21,8 @@ from scene_graph_ros.geometry.compiled.lanes import (
     store_lanes,
 )
 from scene_graph_ros.geometry.compiled.stack_arrays import stack_array
+from scene_graph_ros.geometry.narrowphase.cores.questions import support
+from scene_graph_ros.geometry.query.distance.dispatch import core_of
 from scene_graph_ros.geometry.query.elements.covers import cover_of
 from scene_graph_ros.geometry.query.elements.element_places import (
     grid_of,
@@ -42,7 +44,7 @@ from scene_graph_ros.geometry.query.elements.field_bounds import (
     nodes_of_row,
 )
 from scene_graph_ros.geometry.query.elements.nearest import NONE
-from scene_graph_ros.geometry.spatial.vectors import column
+from scene_graph_ros.geometry.spatial.vectors import column, dot
 from scene_graph_ros.geometry.tables.height_grid import (
     FLOOR,
     HeightGrid,
@@ -66,6 +68,30 @@ _cells = stack_array((CELLS,))
 _planes = stack_array((PLANES, 4))
 _low = stack_array((LANES,))
 _kept = stack_array((2,), np.int64)
+
+
+@inlined_kernel
+def _reach(table, j, R_FB, axis):
+    """Return (least, largest) of a shape along an axis of F, from its origin."""
+    core, x = core_of(table, j), (R_FB[3 * axis], R_FB[3 * axis + 1], R_FB[3 * axis + 2])
+    upper, _ = support(core, table.hulls.blocks, x)
+    lower, _ = support(core, table.hulls.blocks, (-x[0], -x[1], -x[2]))
+    return dot(x, lower) - core[2], dot(x, upper) + core[2]
+
+
+@inlined_kernel
+def _fitted(table, j, R_FB, cover):
+    """Return a cover with the shape's own extents along the axes of F.
+
+    Those of its box may be larger by three quarters, and so would be the cells below it.
+    """
+    R, sizes, p, _, c_B, half, _, length, is_half_space = cover
+    if is_half_space:
+        return cover
+    x, y, z = (_reach(table, j, R_FB, 0), _reach(table, j, R_FB, 1), _reach(table, j, R_FB, 2))
+    center = 0.5 * (x[0] + x[1]), 0.5 * (y[0] + y[1]), 0.5 * (z[0] + z[1])
+    turned = 0.5 * (x[1] - x[0]), 0.5 * (y[1] - y[0]), 0.5 * (z[1] - z[0])
+    return R, sizes, p, center, c_B, half, turned, length, is_half_space
 
 
 @inlined_kernel
@@ -258,7 +284,8 @@ def nearest_prism(places, field, j, R_FB, p_FB, max_distance, tolerance):
     gap. ``places`` have a slot for this thread's prisms.
     """
     grid = grid_of(places, field)
-    cover = cover_of(borrowed_table(places), j, R_FB, p_FB)
+    table = borrowed_table(places)
+    cover = _fitted(table, j, R_FB, cover_of(table, j, R_FB, p_FB))
     nodes, gaps, planes, low, kept = _nodes(), _gaps(), _planes(), _low(), _kept()
     row, X_FB, cells = prism_row_of(places), (R_FB, p_FB), _cells()
     search = _Search(places, row, j, grid, cover, X_FB, planes, kept, cells)
