@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from types import TracebackType
 from typing import Any, TYPE_CHECKING
 
@@ -13,6 +13,7 @@ from rclpy.duration import Duration
 from scene_graph_msgs.msg import GeometryReference, QueryOptions, WhatIf
 from scene_graph_ros.client.answers import contact_table, Distance, distance_table, scene_table
 from scene_graph_ros.client.connection import Connection, WorldError
+from scene_graph_ros.client.constraints import constraint_msg
 from scene_graph_ros.client.execution import Execution
 from scene_graph_ros.client.pictures import pixels_of
 from scene_graph_ros.client.plans import FoundPlan, Planner
@@ -201,6 +202,7 @@ class World:
         *,
         pose: tuple[str, ArrayLike] | None = None,
         group: str = "",
+        constraints: Iterable[Any] = (),
         padding: float = 0.0,
         max_acceleration: float = 1.0,
         speed: float = 1.0,
@@ -213,7 +215,8 @@ class World:
         ``goal`` are positions of joints by name (rad, m), or ``pose`` a link and where it is to be
         in the world. ``group`` is the SRDF's, whose joints may move; ``padding`` (m) is kept from
         all else; ``max_acceleration`` is in rad/s^2 or m/s^2, ``speed`` the share of the joints'
-        velocities. ``watch`` is told the present step, and for how long (s).
+        velocities. ``watch`` is told the present step, and for how long (s). ``constraints`` on
+        links hold at all times: those of `scene_graph_ros.planning`, or LinkConstraint messages.
 
         Where there is no path the answer says why. Raises WorldError where the node can't work on
         the goal, such as for a name that is unknown, and ValueError for no goal or two.
@@ -226,6 +229,7 @@ class World:
             max_acceleration=max_acceleration,
             speed=speed,
             group=group,
+            constraints=[constraint_msg(each) for each in constraints],
             environment_padding=float(padding),
             seed=seed,
         )

@@ -8,6 +8,8 @@ import rclpy
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory
 
+from scene_graph_msgs.msg import LinkConstraint
+from scene_graph_ros import planning
 from scene_graph_ros.client import box, World, WorldError
 
 
@@ -115,6 +117,34 @@ def test_what_has_no_plan_says_why(world):
         world.plan({"wrist": 1.0})
     with pytest.raises(ValueError, match="give goal"):
         world.plan()
+
+
+def test_a_plan_holds_constraints(world):
+    """The lower link stays in a box on all edges; one that the goal violates is named."""
+
+    def planned(*constraints):
+        while True:  # A node that is slow to load its planning takes the report for an old one.
+            world.move_joints({"shoulder": 0.0, "elbow": 0.0})
+            try:
+                return world.plan(goal, constraints=constraints)
+            except WorldError as error:
+                if error.code != "STALE":
+                    raise
+
+    goal = {"shoulder": 0.6, "elbow": -1.2}
+    wide = planning.PositionConstraint("lower", [-9.0, -1.0, -1.0], [9.0, 1.0, 1.0])
+    level = planning.AngleBetweenVectorsConstraint("lower", [0, 0, 1], [0, 0, 1], 0.1)
+    turned = planning.OrientationConstraint("lower", np.eye(3), 1.0)
+    plan = planned(wide, level, turned)
+    assert plan.is_success, plan.reason
+    never = planned(planning.OrientationConstraint("lower", np.eye(3), 0.3))
+    assert not never.is_success
+    assert "constraint 0 (OrientationConstraint on 'arm/lower')" in never.reason
+    one = LinkConstraint(type=LinkConstraint.ORIENTATION, link="lower", theta_bound=0.3)
+    one.orientation.w = one.tool.w = 1.0
+    assert planned(one).reason == never.reason
+    with pytest.raises(ValueError, match=r"constraints must be .*PositionConstraint.*, not str"):
+        planned("level")
 
 
 def test_positions_that_the_node_does_not_take_are_told(world):

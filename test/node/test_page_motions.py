@@ -296,7 +296,19 @@ def test_a_motion_is_replaced_on_its_way(page, robot, model):
     goal = (x, y - 0.2, z + 0.1)
     assert page.drag(goal, held["rotation"])["collisions"] == []
     robot.gaps.clear()
+    page.plan = {"plan": 0}
     page.ask("plan", scaling=0.5, replaces=True)
+    page.take_until(lambda: page.plan["plan"] or page.motion["reason"])
+    assert page.motion["reason"] == ""
+    # It is there to be played, and one that is cancelled then is not executed.
+    assert 0.0 < page.plan["within"] < 3.0
+    page.ask("cancel")
+    page.take_until(lambda: not page.plan["plan"])
+    assert robot.heard.count == count + 1
+    page.ask("plan", scaling=0.5, replaces=True)
+    page.take_until(lambda: page.plan["plan"] or page.motion["reason"])
+    assert page.motion["reason"] == ""
+    page.ask("execute", plan=page.plan["plan"])
     page.until(lambda m: m["reason"] or robot.heard.count > count + 1)
     assert page.motion["reason"] == ""
     new = robot.heard.newest

@@ -7,7 +7,7 @@ import re
 
 from builtin_interfaces.msg import Duration
 import numpy as np
-from plan_goals import at, Planner, rail_publisher, Sent
+from plan_goals import at, Planner, post_publisher, rail_publisher, Sent
 import pytest
 from sliding_robots import rail_scene
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
@@ -103,6 +103,31 @@ def test_a_switch_after_its_end_is_at_its_end(action, client, first):
     )
     assert switch == begin + duration_from_msg(old.points[-1].time_from_start)
     assert points.positions[result.replaces_from, 0] == pytest.approx(0.5, abs=1e-9)
+
+
+@pytest.mark.parametrize("planner", ["rrt_connect", "fastest"])
+def test_what_came_in_the_way_of_what_is_executed_is_told(action, client, first, planner):
+    """The post stands at -0.3 now, which the ball passes before the switch; then it is away."""
+    put = post_publisher(client)
+
+    def replaced():
+        old, _ = begun(client, first, 0.2)
+        how = {"planner": planner, "executing": old, "replace_after": AFTER, **TIMED}
+        return Sent(action, goals=at(-0.9), **how).end()[0]
+
+    def put_until(x, failure):
+        for _ in range(100):
+            put(x)
+            result = replaced()
+            if result.failure == failure:
+                return result
+        raise AssertionError(f"{result.failure}: {result.reason}")
+
+    result = put_until(-0.3, PlanPath.Result.NOT_FREE)
+    assert result.status.code == Status.OK and not result.trajectory.points
+    assert "executing, up to where it is replaced, is not free now" in result.reason
+    assert "post" in result.reason and "not proven apart" in result.reason
+    assert put_until(1.0, PlanPath.Result.NONE).trajectory.points
 
 
 def wrong(client, first, what):

@@ -7,6 +7,7 @@ large-scale nonlinear programming", Mathematical Programming 106(1), 2006.
 from __future__ import annotations
 
 from collections.abc import Callable
+import functools
 import importlib
 import importlib.util
 from typing import Any
@@ -18,8 +19,12 @@ from scene_graph_ros.convex.solve.iteration_callback import iteration_callback, 
 
 __all__ = ["SmoothProgram", "has_ipopt"]
 
-_SMOOTHED = (1e-3, 1e-6)
-"""Norms are ``sqrt(|w|^2 + s^2)``, s being these parts of their sizes, one run after the other."""
+_Kept = tuple[Callable[[Any], Any], np.ndarray]
+"""Values of all rows that are at least 0, and at most these."""
+
+_SHARP, _ROUGH = 1e-6, 1e-3
+"""Norms are ``sqrt(|w|^2 + s^2)``, s being these parts of their sizes. Rough ones come first only
+where a search does not end at the sharp ones."""
 
 _DEPENDENT = 1e-11
 """Of the longest row: what is left of a row less others, where it depends on them."""
@@ -31,37 +36,43 @@ _OPTIONS = {
     "show_eval_warnings": False,
     "ipopt.tol": 1e-9,
     "ipopt.constr_viol_tol": 1e-10,
-    "ipopt.max_iter": 300,
+    "ipopt.max_iter": 150,
     # Bounds hold as they are, not relaxed by 1e-8.
     "ipopt.bound_relax_factor": 0.0,
     # A point is a solution if its optimality conditions hold, and not for lack of progress.
     "ipopt.acceptable_iter": 0,
+    # No derivatives by parameters are asked for.
+    "no_nlp_grad": True,
+    "calc_lam_p": False,
 }
 
 _DERIVATIVES = {"grad_f": "nlp_grad_f", "jac_g": "nlp_jac_g", "hess_lag": "nlp_hess_l"}
 """CasADi's options for derivatives, and the names of those that a solver has written out."""
 
-_PUSH = 1e-8
+_PUSHED = (
+    "ipopt.bound_push",
+    "ipopt.bound_frac",
+    "ipopt.slack_bound_push",
+    "ipopt.slack_bound_frac",
+)
 
-_NEAR = {
-    "ipopt.mu_init": 1e-4,
-    "ipopt.bound_push": 1e-6,
-    "ipopt.bound_frac": 1e-6,
-    "ipopt.slack_bound_push": 1e-6,
-    "ipopt.slack_bound_frac": 1e-6,
-}
-"""A weak barrier, which leaves the search near its start; a strong one first centres it."""
+_QUICK = {"ipopt.max_iter": 60}
 
-_AGAIN = {
-    "ipopt.mu_init": 1e-5,
-    "ipopt.warm_start_init_point": "yes",
-    "ipopt.warm_start_bound_push": _PUSH,
-    "ipopt.warm_start_bound_frac": _PUSH,
-    "ipopt.warm_start_slack_bound_push": _PUSH,
-    "ipopt.warm_start_slack_bound_frac": _PUSH,
-    "ipopt.warm_start_mult_bound_push": _PUSH,
+_HOW: dict[str, dict[str, Any]] = {
+    "far": _QUICK,
+    # A weak barrier leaves the search near its start; a strong one first centres it.
+    "near": {**_QUICK, "ipopt.mu_init": 1e-5, **dict.fromkeys(_PUSHED, 1e-2)},
+    "rough": {},
+    "rough_near": {"ipopt.mu_init": 1e-4, **dict.fromkeys(_PUSHED, 1e-6)},
+    # From the point and the multipliers of the run before.
+    "again": {
+        "ipopt.mu_init": 1e-5,
+        "ipopt.warm_start_init_point": "yes",
+        **{name.replace("ipopt.", "ipopt.warm_start_"): 1e-8 for name in _PUSHED},
+        "ipopt.warm_start_mult_bound_push": 1e-8,
+    },
 }
-"""From the point and multipliers of the run before."""
+"""The options of each solver, beside those of all."""
 
 
 def has_ipopt() -> bool:
@@ -83,21 +94,24 @@ class SmoothProgram:
         self._y = self._ca.SX.sym("y", count)
         self._smoothed = self._ca.SX.sym("s")
         self._equations = [(np.zeros((0, count)), np.zeros(0))]
-        self._others: list[Any] = []
-        self._most = [np.zeros(0)]
-        self._costs: list[Any] = []
+        self._rows = [(np.zeros((0, count)), np.zeros(0))]
+        self._num_rows = 0
+        self._kept: list[_Kept] = []
+        self._costs: list[Callable[[Any], Any]] = []
         self._largest: list[tuple[Any, np.ndarray, np.ndarray]] = []
-        self._solvers: list[Any] = []
+        self._is_rough = False
+        self._solvers: dict[str, Any] = {}
 
     def at(self, M: np.ndarray, m: np.ndarray) -> Any:
         """Return rows as an expression ``(k, 1)``."""
         ca = self._ca
-        # Of a long program's variables a row takes few.
-        taken = np.flatnonzero(M.any(axis=0))
-        if not len(taken):
-            return ca.SX(ca.DM(m))
-        some = ca.sparsify(ca.DM(M[:, taken]))
-        return ca.mtimes(some, self._y[taken.tolist()]) + ca.DM(m)
+        return ca.mtimes(ca.sparsify(ca.DM(M)), self._y) + ca.DM(m)
+
+    def _later(self, M: np.ndarray, m: np.ndarray) -> slice:
+        """Return which of all rows these will be; one product makes all of them."""
+        self._rows.append((M, m))
+        self._num_rows += len(m)
+        return slice(self._num_rows - len(m), self._num_rows)
 
     def add_equations(self, M: np.ndarray, m: np.ndarray) -> None:
         """Ask that rows are 0; those that follow from others are left out."""
@@ -105,94 +119,118 @@ class SmoothProgram:
 
     def add_least(self, M: np.ndarray, m: np.ndarray) -> None:
         """Ask that rows are at least 0."""
-        self.add_expressions(self.at(M, m), np.zeros(len(m), dtype=bool))
+        at = self._later(M, m)
+        self._kept.append((lambda w: w[at], np.full(len(m), np.inf)))
 
     def add_expressions(self, values: Any, is_equal: np.ndarray) -> None:
         """Ask that expressions ``(k, 1)`` are 0 where ``is_equal``, and at least 0 elsewhere."""
-        self._others.append(values)
-        self._most.append(np.where(is_equal, 0.0, np.inf))
+        self._kept.append((lambda _: values, np.where(is_equal, 0.0, np.inf)))
 
     def add_cone(self, cone: Cone, M: np.ndarray, m: np.ndarray) -> None:
         """Ask that rows are in a second-order or exponential cone."""
-        ca, w = self._ca, self.at(M, m)
-        if cone is Cone.SECOND_ORDER:
-            values = ca.vertcat(w[0] ** 2 - ca.sumsqr(w[1:]), w[0])
-        else:
-            assert cone is Cone.EXPONENTIAL, cone
-            values = ca.vertcat(w[2] - w[1] * ca.exp(w[0] / w[1]), w[1])
-        self.add_expressions(values, np.zeros(2, dtype=bool))
+        assert cone in (Cone.SECOND_ORDER, Cone.EXPONENTIAL), cone
+        ca, at = self._ca, self._later(M, m)
+
+        def values(rows: Any) -> Any:
+            w = rows[at]
+            if cone is Cone.SECOND_ORDER:
+                return ca.vertcat(w[0] ** 2 - ca.sumsqr(w[1:]), w[0])
+            return ca.vertcat(w[2] - w[1] * ca.exp(w[0] / w[1]), w[1])
+
+        self._kept.append((values, np.full(2, np.inf)))
 
     def add_cost(self, kind: str, M: np.ndarray, m: np.ndarray, unit: float, size: float) -> None:
         """Add a function of a kind of rows, or ``"sum"``, in units; a norm is at most ``size``."""
-        ca, w = self._ca, self.at(M, m)
-        if kind == "norm":
-            cost = ca.sqrt(ca.sumsqr(w) + (self._smoothed * size) ** 2)
-        elif kind == "norm_inf":
-            cost = ca.SX.sym(f"largest{len(self._largest)}")
-            self._largest.append((cost, M, m))
-            self.add_expressions(ca.vertcat(cost - w, cost + w), np.zeros(2 * len(m), dtype=bool))
-        elif kind == "quotient":
-            cost = ca.sumsqr(w[1:]) / w[0]
-            self.add_expressions(w[0], np.zeros(1, dtype=bool))
-        elif kind == "exponential":
-            cost = ca.exp(w[0])
-        else:
-            cost = {"squares": ca.sumsqr, "sum": ca.sum1}[kind](w)
-        self._costs.append(cost / unit)
+        ca, at = self._ca, self._later(M, m)
+        functions = {
+            "norm": lambda w: ca.sqrt(ca.sumsqr(w) + (self._smoothed * size) ** 2),
+            "quotient": lambda w: ca.sumsqr(w[1:]) / w[0],
+            "exponential": lambda w: ca.exp(w[0]),
+            "squares": ca.sumsqr,
+            "sum": ca.sum1,
+        }
+        if kind == "norm_inf":
+            largest = ca.SX.sym(f"largest{len(self._largest)}")
+            self._largest.append((largest, M, m))
+            both = lambda w: ca.vertcat(largest - w[at], largest + w[at])  # noqa: E731
+            self._kept.append((both, np.full(2 * len(m), np.inf)))
+            self._costs.append(lambda _: largest / unit)
+            return
+        if kind == "quotient":
+            self._kept.append((lambda w: w[at.start], np.full(1, np.inf)))
+        self._costs.append(lambda w: functions[kind](w[at]) / unit)
 
-    def solve(self, start: np.ndarray, *, is_near: bool = False) -> tuple[np.ndarray, bool]:
+    def solve(
+        self, start: np.ndarray, *, is_near: bool = False, is_patient: bool = True
+    ) -> tuple[np.ndarray, bool]:
         """Return a point ``(n,)`` and whether it is a local optimum: its conditions hold.
 
-        ``is_near`` asks for one near the start, by a weak barrier.
+        ``is_near`` asks for one near the start, by a weak barrier. Without ``is_patient`` it ends
+        where few iterations lead to none.
         """
         if not len(start):
             return start, True
-        if not self._solvers:
-            self._solvers = self._made()
         largest = [np.abs(M @ start + m).max(initial=0.0) for _, M, m in self._largest]
-        most = np.concatenate(self._most)
-        y = np.append(start, largest)
-        told: dict[str, Any] = {}
-        far, near, again = self._solvers
-        for smoothed, solver in zip(_SMOOTHED, (near if is_near else far, again), strict=True):
-            found = solver(x0=y, p=smoothed, lbg=0.0, ubg=most, **told)
-            y = found["x"].full().ravel()
-            if not np.isfinite(y).all():
-                return start, False
-            if self._stop is not None:
-                self._stop.raise_error()
-            told = {"lam_x0": found["lam_x"], "lam_g0": found["lam_g"]}
-        is_solved = solver.stats()["return_status"] == "Solve_Succeeded"
-        return y[: len(start)], is_solved
+        first = np.append(start, largest)
+        y, is_solved = first, False
+        if not (self._is_rough and is_patient):
+            y, is_solved, _ = self._run("near" if is_near else "far", first, _SHARP, {})
+        if not is_solved and is_patient:
+            self._is_rough = True
+            y, _, told = self._run("rough_near" if is_near else "rough", first, _ROUGH, {})
+            if np.isfinite(y).all():
+                y, is_solved, told = self._run("again", y, _SHARP, told)
+        return (y[: len(start)], is_solved) if np.isfinite(y).all() else (start, False)
 
-    def _made(self) -> list[Any]:
-        """Return solvers for rough norms, far and near, and for sharp ones."""
+    def _run(
+        self, how: str, start: np.ndarray, smoothed: float, told: dict[str, Any]
+    ) -> tuple[np.ndarray, bool, dict[str, Any]]:
+        """Return the point that one solver ends at, whether it is optimal, and multipliers."""
+        if how not in self._solvers:
+            self._solvers[how] = self._solver(how)
+        solver = self._solvers[how]
+        found = solver(x0=start, p=smoothed, lbg=0.0, ubg=self._most, **told)
+        if self._stop is not None:
+            self._stop.raise_error()
+        is_solved = solver.stats()["return_status"] == "Solve_Succeeded"
+        told = {"lam_x0": found["lam_x"], "lam_g0": found["lam_g"]}
+        return found["x"].full().ravel(), is_solved, told
+
+    @functools.cached_property
+    def _written(self) -> tuple[dict[str, Any], np.ndarray]:
+        """The program as expressions, and how large each of its constraints may be."""
         ca = self._ca
         M, m = (np.concatenate(some) for some in zip(*self._equations, strict=True))
         kept = _independent(M)
-        self._most.insert(0, np.zeros(len(kept)))
+        M_rows, m_rows = (np.concatenate(some) for some in zip(*self._rows, strict=True))
+        rows = self.at(M_rows, m_rows)
+        values = [self.at(M[kept], m[kept]), *(of(rows) for of, _ in self._kept)]
         program = {
             "x": ca.vertcat(self._y, *(symbol for symbol, _, _ in self._largest)),
             "p": self._smoothed,
-            "f": sum(self._costs, ca.SX(0)),
-            "g": ca.vertcat(self.at(M[kept], m[kept]), *self._others),
+            "f": sum((cost(rows) for cost in self._costs), ca.SX(0)),
+            "g": ca.vertcat(*values),
         }
-        told = dict(_OPTIONS)
+        return program, np.concatenate([np.zeros(len(kept)), *(most for _, most in self._kept)])
+
+    @property
+    def _most(self) -> np.ndarray:
+        return self._written[1]
+
+    def _solver(self, how: str) -> Any:
+        """Return a solver; all have the same derivatives."""
+        program, most = self._written
+        told = _OPTIONS | _HOW[how]
         if self._is_over is not None:
-            is_over = self._is_over
-            sizes = {"x": program["x"].numel(), "g": program["g"].numel(), "p": 1}
-            self._stop = iteration_callback(lambda *_: is_over(), **sizes)
+            if self._stop is None:
+                is_over = self._is_over
+                sizes = {"x": program["x"].numel(), "g": len(most), "p": 1}
+                self._stop = iteration_callback(lambda *_: is_over(), **sizes)
             told["iteration_callback"] = self._stop
-        first = ca.nlpsol("first", "ipopt", program, told)
-        same = {name: first.get_function(own) for name, own in _DERIVATIVES.items()}
-        others: dict[str, dict[str, Any]] = {"near": _NEAR, "again": _AGAIN}
-        return [
-            first,
-            *(
-                ca.nlpsol(name, "ipopt", program, told | own | same)
-                for name, own in others.items()
-            ),
-        ]
+        if self._solvers:
+            first = next(iter(self._solvers.values()))
+            told |= {name: first.get_function(own) for name, own in _DERIVATIVES.items()}
+        return self._ca.nlpsol(how, "ipopt", program, told)
 
 
 def _independent(M: np.ndarray) -> np.ndarray:

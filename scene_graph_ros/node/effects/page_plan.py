@@ -5,7 +5,7 @@ Imported with the first link that a page holds.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,9 @@ from scene_graph_ros.node.world.planned_path import PlannedPath
 from scene_graph_ros.node.world.reported_joints import require_reported
 from scene_graph_ros.node.world.world import WorldSnapshot
 from scene_graph_ros.views.browser.blocks import plan_block
+
+if TYPE_CHECKING:
+    from trajectory_msgs.msg import JointTrajectory
 
 __all__ = ["NO_PLAN", "PagePlan"]
 
@@ -38,10 +41,21 @@ class PagePlan:
     """One motion, as an answer of the action has it."""
 
     def __init__(
-        self, number: int, result: Any, path: PlannedPath, snapshot: WorldSnapshot, link: str
+        self,
+        number: int,
+        result: Any,
+        path: PlannedPath,
+        snapshot: WorldSnapshot,
+        link: str,
+        replaced: JointTrajectory | None = None,
+        within: float = 0.0,
     ) -> None:
-        """Prepare to show the way of ``link``. Raises UnknownIdError as `PathInWorld`."""
+        """Prepare to show the way of ``link``. Raises UnknownIdError as `PathInWorld`.
+
+        ``replaced`` is the motion that it goes on from, if it is executed ``within`` so long (s).
+        """
         self.number, self.trajectory, self._path = number, result.trajectory, path
+        self.replaced, self.replaces_from = replaced, int(result.replaces_from)
         world = PathInWorld(path, snapshot)
         way = way_of(world)
         points = world.robots.tree.link_poses(way.configurations, [link])[:, 0, :3, 3]
@@ -55,6 +69,7 @@ class PagePlan:
             {
                 "plan": number,
                 "duration": float(times[-1]),
+                "within": within,
                 "times": times.tolist(),
                 "way": points.tolist(),
                 "proven": way.proven.tolist(),
@@ -96,6 +111,10 @@ class PagePlan:
                 f"the motion begins with {name} {away[worst]:.3g} from where it is by now, and"
                 f" {_NEAR:g} is the most: plan again"
             )
-        proof = world.prove()
+        self.require_free(snapshot)
+
+    def require_free(self, snapshot: WorldSnapshot) -> None:
+        """Raise UnavailableError where it is not proven free in the world as it is by now."""
+        proof = PathInWorld(self._path, snapshot).prove()
         if not proof.holds:
             raise UnavailableError(f"the motion is not free any more: {proof.reason}")

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from msg_adapters.errors import MessageError, UnavailableError
 from msg_adapters.poses import poses_from_components
-from msg_adapters.stamps import duration_to_msg
+from msg_adapters.stamps import duration_from_msg, duration_to_msg, stamp_from_msg
 from scene_graph_msgs.action import PlanPath
 from scene_graph_msgs.msg import MotionLimits, RobotConfigurations, Status
 from scene_graph_ros.geometry.quoting import quoted
@@ -43,8 +43,12 @@ if TYPE_CHECKING:
 
 __all__ = ["PageWork"]
 
-_REPLACE_AFTER = 1_000_000_000
-"""ns from a request to replace a motion to where the new one begins: planning may take as long."""
+_REPLACE_AFTER = 3_000_000_000
+"""ns from a request to replace a motion to where the new one begins: it is found and played by
+then."""
+
+_SENDING = 0.2
+"""s before that: when a page has to ask for it at the latest."""
 
 _TOLD = PlanPath.Feedback
 _STATES = {
@@ -62,6 +66,13 @@ class _Search(NamedTuple):
 
     cancel: Callable[[], None]
     replaced: JointTrajectory | None
+
+
+def _switch(of: Any) -> int:
+    """Return when a motion goes on from the one that it replaces, ns."""
+    trajectory = of.trajectory
+    first = trajectory.points[of.replaces_from].time_from_start
+    return stamp_from_msg(trajectory.header.stamp) + duration_from_msg(first)
 
 
 class PageWork:
@@ -220,16 +231,30 @@ class PageWork:
             raise UnavailableError(result.status.message)
         if path is None or search is None:
             raise UnavailableError(result.reason or "the search was ended")
-        if search.replaced is not None:
-            self._some_execution().replace(result.trajectory, search.replaced)
         if self._ghost is not None:
             self._plans += 1
-            self._plan = PagePlan(self._plans, result, path, snapshot, self._ghost.link)
+            within = 0.0
+            if search.replaced is not None:
+                within = 1e-9 * (_switch(result) - self._now()) - _SENDING
+                if within <= 0.0:
+                    raise UnavailableError("the new motion was found too late to be played first")
+            link, replaced = self._ghost.link, search.replaced
+            self._plan = PagePlan(self._plans, result, path, snapshot, link, replaced, within)
 
     def _execute(self, request: Execute, snapshot: WorldSnapshot) -> None:
         execution, plan, ghost = self._some_execution(), self._plan, self._some_ghost()
         if plan is None or plan.number != request.plan:
             raise MessageError(f"there is no plan {request.plan} any more")
+        if plan.replaced is not None:
+            late = 1e-9 * (self._now() - _switch(plan))
+            if late > 0.0:
+                raise UnavailableError(
+                    f"the motion should have begun {late:.3g} s ago: plan again"
+                )
+            plan.require_free(snapshot)
+            execution.replace(plan.trajectory, plan.replaced)
+            self._plan = None
+            return
         execution.require_rest(self._now())
         plan.require_executable(snapshot, self._host, ghost.group, self._now())
         execution.begin(plan.trajectory, self._now())
@@ -242,6 +267,8 @@ class PageWork:
     def _cancel(self) -> None:
         if self._search is not None:
             self._search.cancel()
+        if self._plan is not None and self._plan.replaced is not None:
+            self._plan = None
 
     def _now(self) -> int:
         return int(self._host.node.get_clock().now().nanoseconds)

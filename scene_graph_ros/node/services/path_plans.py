@@ -28,7 +28,7 @@ from scene_graph_ros.node.services.plan_goals import (
     PlanGoal,
     thinned,
 )
-from scene_graph_ros.node.services.replacement import joined
+from scene_graph_ros.node.services.replacement import joined, Replaced
 from scene_graph_ros.node.world.planned_path import PlannedPath
 from scene_graph_ros.node.world.planning_robots import PlanningRobots
 from scene_graph_ros.node.world.world import WorldSnapshot
@@ -42,6 +42,7 @@ from scene_graph_ros.planning import (
     time_path,
     TimedPath,
 )
+from scene_graph_ros.planning.timing.path_timing import prove_part
 from scene_graph_ros.trajectories import MotionLimits
 
 __all__ = ["plan"]
@@ -100,6 +101,8 @@ def _search(
     timeout = patience(goal.request.timeout, limit)
     if wanted.replaced is not None:
         timeout = min(timeout, max(wanted.replaced.seconds_left(clock()), 0.0))
+        if not _is_rest_free(goal, wanted, wanted.replaced, checker, result, limit):
+            return None
     how: dict[str, Any] = {
         "seed": goal.request.seed,
         "timeout": timeout,
@@ -123,6 +126,29 @@ def _search(
     result.path = configurations_to_msg(robots.positions, found.configurations, wanted.moving)
     path = _planned(goal, robots, wanted, checker, found, motion, result, limit)
     return None if path is None or _is_unusable(result, wanted, limit, clock()) else path
+
+
+def _is_rest_free(
+    goal: Goal,
+    wanted: PlanGoal,
+    replaced: Replaced,
+    checker: SceneGraphCollisionChecker,
+    result: Any,
+    limit: Callable[[str], Any],
+) -> bool:
+    """Tell whether what is executed is free up to the switch in the world of now; else say so."""
+    assert wanted.limits is not None, "a goal that replaces has limits"
+
+    def watch() -> None:
+        if goal.is_cancelled:
+            raise CancelledError("cancelled while what is executed was proven")
+
+    patience, points = float(limit("max_planning_time")), replaced.whole(wanted.start)
+    proof = prove_part(checker, points, wanted.limits, wanted.constraints, patience, watch)
+    if not proof.is_success:
+        result.failure = PlanPath.Result.NOT_FREE
+        result.reason = f"executing, up to where it is replaced, is not free now: {proof.reason}"
+    return proof.is_success
 
 
 def _is_unusable(result: Any, wanted: PlanGoal, limit: Callable[[str], Any], now: int) -> bool:

@@ -84,6 +84,18 @@ class Replaced(NamedTuple):
             parts.append(np.concatenate([values[rows], end[np.newaxis]]))
         return TrajectoryPoints(np.append(times[rows], self.at), *parts)
 
+    def whole(self, start: NDArray[np.float64]) -> TrajectoryPoints:
+        """Return `rest` with all positions, those of other joints as at ``start`` ``(nq,)``."""
+        rest, parts = self.rest(), []
+        for name in ("positions", "velocities", "accelerations"):
+            values = getattr(rest, name)
+            if values is not None:
+                others = start if name == "positions" else np.zeros(len(start))
+                values, own = np.repeat(others[np.newaxis], len(values), axis=0), values
+                values[:, self.rows] = own
+            parts.append(values)
+        return TrajectoryPoints(rest.nanoseconds - rest.nanoseconds[0], *parts)
+
 
 def replaced_trajectory(
     request: Any, robots: PlanningRobots, moving: NDArray[np.intp], now: int

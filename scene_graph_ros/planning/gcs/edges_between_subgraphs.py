@@ -99,8 +99,8 @@ class EdgesBetweenSubgraphs(JoinedEdges):
         order = as_whole(derivative_order, f"{label}: derivative_order", 2)
         self._check_order(order, label)
         for edge in self._edges:
-            for place in self._ends(edge, order):
-                bound_derivative(edge, place, low, high, order)
+            for segment, index, key in self._ends(edge, order):
+                bound_derivative(edge, (segment, (index,), key), low, high, order)
         self._bounds.append((order, low, high))
         self.has_nonlinear_bounds = True
 

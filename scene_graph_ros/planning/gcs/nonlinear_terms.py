@@ -7,12 +7,12 @@ relaxation has convex surrogates, in which durations are taken to be 1 (von Wran
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 
-from scene_graph_ros.convex.graphs.expressions.expressions import Constraint
+from scene_graph_ros.convex.graphs.expressions.expressions import Affine, Constraint
 from scene_graph_ros.convex.graphs.expressions.functions import WrittenConstraint
 from scene_graph_ros.convex.graphs.expressions.transcription import (
     ALL_TRANSCRIPTIONS,
@@ -26,13 +26,14 @@ __all__ = ["Place", "bound_derivative", "continue_derivative", "continue_path_de
 _ROOM = 1e-6
 """Relative: by so much bounds are narrower for the solver, whose points are off by rounding."""
 
-Place = tuple[SegmentVariables, int, int]
-"""A segment, which control point of a derivative, and the number of the vertex."""
+Place = tuple[SegmentVariables, Sequence[int], int]
+"""A segment, which control points of a derivative, and the number of the vertex."""
 
 
-def _of(variables: SegmentVariables, index: int, order: int, x: Any) -> Any:
-    """Return a control point ``(n,)`` of a derivative of r, of coordinates or expressions."""
-    return variables.path(0, index, order).terms[0] @ x
+def _map(variables: SegmentVariables, index: int, order: int) -> np.ndarray:
+    """Return the matrix ``(n, size)`` from coordinates to a control point of a derivative of r."""
+    matrix: np.ndarray = variables.path(0, index, order).terms[0]
+    return matrix
 
 
 def continue_path_derivative(
@@ -53,15 +54,14 @@ def continue_derivative(
     edge: Edge, first: SegmentVariables, second: SegmentVariables, order: int
 ) -> WrittenConstraint:
     """Have a derivative of q(t) go on from one segment to the next; return the restriction's."""
-    last = first.order - order
+    end, start = _map(first, first.order - order, order), _map(second, 0, order)
     continue_path_derivative(edge, first, second, order, Transcription.RELAXATION)
 
     def off(xu: Any, xv: Any) -> Any:
         # Times powers of both durations, by their mean: they may be as short as they like.
         hu, hv = xu[-1], xv[-1]
         both = 0.5 * (hu + hv)
-        before, after = _of(first, last, order, xu), _of(second, 0, order, xv)
-        return before * (hv / both) ** order - after * (hu / both) ** order
+        return (end @ xu) * (hv / both) ** order - (start @ xv) * (hu / both) ** order
 
     zero = np.zeros(first.num_positions)
     constraint = WrittenConstraint(off, zero, zero)
@@ -72,27 +72,26 @@ def continue_derivative(
 def bound_derivative(
     to: Vertex | Edge, place: Place, low: np.ndarray, high: np.ndarray, order: int
 ) -> None:
-    """Have ``low <= q^(order) <= high`` ``(n,)`` at a control point, of a vertex or an edge."""
-    variables, index, key = place
-    rate, h = variables.path(key, index, order), variables.time(key)
+    """Have ``low <= q^(order) <= high`` ``(n,)`` at control points, of a vertex or an edge."""
+    variables, indices, key = place
     room = _ROOM * np.where(np.isfinite(high - low), high - low, 0.0)
-    for bound, sign in ((high - room, 1.0), (low + room, -1.0)):
-        rows = np.flatnonzero(np.isfinite(bound))
-        if not len(rows):
-            continue
-        limit = (sign * bound[rows])[:, None]
-        to.add_constraint(sign * rate[rows] <= limit @ h, Transcription.RELAXATION)
+    rates, limits = [], []
+    for index in indices:
+        rate = _map(variables, index, order)
+        for bound, sign in ((high - room, 1.0), (low + room, -1.0)):
+            is_asked = np.isfinite(bound)
+            rates.append(sign * rate[is_asked])
+            limits.append(sign * bound[is_asked])
+    rows, most = np.concatenate(rates), np.concatenate(limits)
+    if not len(most):
+        return
+    of_path = Affine({key: rows}, np.zeros(len(most)))
+    to.add_constraint(of_path <= most[:, None] @ variables.time(key), Transcription.RELAXATION)
+    is_first = isinstance(to, Vertex) or key == to.u.id
 
-        def kept(
-            *points: Any,
-            rows: list[int] = rows.tolist(),  # noqa: B008  of this pass
-            sign: float = sign,
-            limit: np.ndarray = limit,
-        ) -> Any:
-            x = points[0] if isinstance(to, Vertex) or key == to.u.id else points[1]
-            rate = _of(variables, index, order, x)[rows]
-            return limit[:, 0] * x[-1] ** order - sign * rate
+    def kept(*points: Any) -> Any:
+        x = points[0] if is_first else points[1]
+        return most * x[-1] ** order - rows @ x
 
-        least = np.zeros(len(rows))
-        constraint = WrittenConstraint(kept, least, np.full(len(rows), np.inf))
-        to.add_constraint(constraint, Transcription.RESTRICTION)
+    constraint = WrittenConstraint(kept, np.zeros(len(most)), np.full(len(most), np.inf))
+    to.add_constraint(constraint, Transcription.RESTRICTION)

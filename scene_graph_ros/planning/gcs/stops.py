@@ -126,13 +126,22 @@ def _with_stops(
     order = sorted(range(len(on_way)), key=lambda k: -apart[k])[:_MOST]
     candidates = [on_way[k] for k in order if apart[k] > _SAVING]
     best: GraphOfConvexSetsResult | None = None
-    while candidates:
+    # Those that saved something the time before are tried first, and others if none of them does.
+    waiting: list[Tie] = []
+    while (candidates or waiting) and cost > least.cost * (1.0 + _SAVING):
         tries = [_stopped_at(tie, solve, edges) for tie in candidates]
+        saving = [each.cost < cost * (1.0 - _SAVING) for each in tries]
+        idle = [tie for tie, saves in zip(candidates, saving, strict=True) if not saves]
+        if not any(saving):
+            if not waiting:
+                break
+            candidates, waiting = waiting, []
+            continue
         k = min(range(len(tries)), key=lambda k: tries[k].cost)
-        if not tries[k].cost < cost * (1.0 - _SAVING):
-            break
         best, cost = tries[k], tries[k].cost
-        candidates.pop(k).stop()
+        candidates[k].stop()
+        waiting += idle
+        candidates = [tie for j, tie in enumerate(candidates) if saving[j] and j != k]
     for tie in on_way:
         tie.hold()
     return best

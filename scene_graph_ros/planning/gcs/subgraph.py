@@ -183,9 +183,8 @@ class Subgraph(JoinedEdges):
                 f" not {order}"
             )
         for vertex in self._vertices:
-            for index in range(self.order - order + 1):
-                place = self._variables, index, vertex.id
-                bound_derivative(vertex, place, low, high, order)
+            place = self._variables, range(self.order - order + 1), vertex.id
+            bound_derivative(vertex, place, low, high, order)
         self._derivative_bounds.append((order, low, high))
         self.has_nonlinear_bounds = True
 

@@ -138,6 +138,19 @@ class ToolChain:
             q[:, start : start + 4] = _quaternions_of(x[:, column : column + 3])
         return q
 
+    def changes(self, x1: NDArray[np.float64], x2: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the changes ``(n,)`` of coordinates along the straight edge from one to another.
+
+        There a floating joint turns about one axis: the first of its three is all of its turn.
+        """
+        result = x2 - x1
+        for _, column in self.turns:
+            own = slice(column, column + 3)
+            first, second = _quaternions_of(np.stack([x1[own], x2[own]]))
+            apart = min(np.linalg.norm(second - first), np.linalg.norm(second + first))
+            result[own] = 4.0 * math.asin(min(0.5 * float(apart), 1.0)), 0.0, 0.0
+        return result
+
     def start_limits(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return limits ``(n,)`` to draw from: at most a turn of joints that may turn further.
 

@@ -49,7 +49,7 @@ _PLACES, _DENSER = 2, 3
 _KEPT = 3e-3
 """m: what a motion keeps beyond its paddings, where its first spline does."""
 
-_NEAR = 0.1
+_NEAR = 0.08
 """m: up to where distances are taken."""
 
 _TRUST = 0.15
@@ -73,8 +73,8 @@ _STEPS = (1.0, 0.5, 0.2)
 _SMALLER = 0.3
 """Times the box around it: where no part was any good."""
 
-_GAPS = ((0.3, 0.1), (0.2, 0.03), (0.1, 0.01))
-"""How far from the best a round begins and ends; the last ones as the third."""
+_GAPS = ((0.3, 0.1), (0.1, 0.02))
+"""How far from the best a round begins and ends; the last ones as the second."""
 
 _ROUNDS = 5
 """At most."""

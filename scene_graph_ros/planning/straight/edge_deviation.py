@@ -7,7 +7,8 @@ slides is at most 1, and all others are zero. A curve is off its chord by at mos
 largest second derivative. Likewise the angular velocity changes by at most ``|v_i v_j|``, summed
 over pairs i < j of joints that turn. So the turn is off the one at constant velocity by an eighth
 of that, and that is off the turn from end to end by as much, or a little more, as geodesics of
-rotations are not parallel: less than 4 % for turns of at most half a radian.
+rotations are not parallel: less than 4 % for turns of at most half a radian. A floating joint's
+origin goes straight and it turns about one axis, so it counts as one joint that turns.
 """
 
 from __future__ import annotations
@@ -32,7 +33,8 @@ def edge_deviations(
         return 0.0, 0.0
     columns = np.maximum(table.columns, 0)
     ends = np.abs(np.stack([x1, x2])[:, columns] * table.multipliers + table.offsets)
-    rates = np.where(table.columns >= 0, np.abs((x2 - x1)[columns] * table.multipliers), 0.0)
+    changes = chain.changes(x1, x2)
+    rates = np.where(table.columns >= 0, np.abs(changes[columns] * table.multipliers), 0.0)
     # From each joint to the tool: the parts of the chain after it, and as far as these slide.
     slid = np.where(table.slides, ends.max(axis=0), 0.0)
     parts = np.sqrt((table.places[1:] ** 2).sum(axis=1)) + slid

@@ -188,7 +188,8 @@ class _Walk:
     def _ratio(self, step: _Step) -> float:
         """Return the ratio of a step's bend to its limit: it grows with its squared length."""
         parts = [each / most for each, most in zip(step.deviations, self._most, strict=True)]
-        change = float(np.abs(step.x - self.x[-1]).max(initial=0.0)) / _LONGEST
+        changes = self._search.chain.changes(self.x[-1], step.x)
+        change = float(np.abs(changes).max(initial=0.0)) / _LONGEST
         return max(*parts, change * change)
 
     def _why(self, step: _Step, piece: int, to: float) -> tuple[StraightFailure, str]:
@@ -210,7 +211,7 @@ class _Walk:
                 "no configuration near the last one has the tool further along the way: it is out"
                 " of reach, or beside a singularity",
             )
-        change = step.x - self.x[-1]
+        change = chain.changes(self.x[-1], step.x)
         k = int(np.argmax(np.abs(change)))
         part = self._way.fraction(piece, to) - self.fractions[-1]
         return (

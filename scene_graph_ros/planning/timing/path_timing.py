@@ -30,13 +30,14 @@ from scene_graph_ros.planning.timing.timing_problem import (
 )
 from scene_graph_ros.trajectories.errors import RetimingError, TrajectoryError
 from scene_graph_ros.trajectories.motion_limits import MotionLimits
+from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
 from scene_graph_ros.trajectories.retimer import Retimer
 from scene_graph_ros.trajectories.retimers.named_retimers import as_retimer
 from scene_graph_ros.trajectories.sample_along import sample_along
 from scene_graph_ros.trajectories.sampling import Sampled, SHORTEST
 from scene_graph_ros.trajectories.trajectory_points import TrajectoryPoints
 
-__all__ = ["prove_trajectory", "time_path"]
+__all__ = ["prove_part", "prove_trajectory", "time_path"]
 
 
 def time_path(
@@ -148,6 +149,25 @@ def prove_trajectory(
     return in_turns(lambda turns: _judged(problem, points, turns), count, timeout, watch)
 
 
+def prove_part(
+    checker: SceneGraphCollisionChecker,
+    points: TrajectoryPoints,
+    limits: MotionLimits,
+    constraints: Iterable[LinkConstraint],
+    timeout: float | None,
+    watch: Callable[[], None],
+) -> TimedPath:
+    """Return whether what is left of a trajectory is free: `prove_trajectory` without its limits.
+
+    These it kept when it was made, with those of then.
+    """
+    problem = timing_problem(checker, points.positions, limits, constraints=constraints)
+    own = points.of(problem.rows)
+    curve = own.trajectory()
+    count = len(points.positions)
+    return in_turns(lambda turns: _free(problem, own, curve, turns), count, timeout, watch)
+
+
 def _demand_rest(problem: TimingProblem, name: str, rates: NDArray[np.float64]) -> None:
     """Raise TrajectoryError where a position without limits has a rate."""
     moves = (rates != 0.0).any(axis=0)
@@ -164,6 +184,16 @@ def _judged(problem: TimingProblem, points: TrajectoryPoints, turns: Turns) -> T
     excess = rate_or_position_excess(problem, trajectory)
     if excess is not None:
         return beyond_limit(problem, excess)
+    return _free(problem, own, trajectory, turns)
+
+
+def _free(
+    problem: TimingProblem,
+    own: TrajectoryPoints,
+    trajectory: PiecewisePolynomial,
+    turns: Turns,
+) -> TimedPath:
+    """Return whether the curve through points is free, and holds constraints."""
     proofs = problem.prove(trajectory.control_points, turns, may_wait=True)
     if (proofs.statuses == FREE).all():
         return as_timed_path(problem, own, trajectory, proofs, np.empty(0))

@@ -51,7 +51,7 @@ class PlanWay(NamedTuple):
     scaling: float
     """Of velocities and accelerations how much is used, from LEAST_SCALING to 1."""
     replaces: bool
-    """Whether it replaces the motion that is being executed, and is executed when it is found."""
+    """Whether it replaces the motion that is executed: it is executed when it was played."""
 
 
 class Cancel(NamedTuple):

@@ -204,6 +204,20 @@ def test_a_box_decides_the_side_of_a_post(cart):
         assert (y.max() > 0.7) == (high == 1.0)
 
 
+@pytest.mark.parametrize(("beyond", "holds"), [(3e-4, True), (8e-4, False)])
+def test_the_way_back_to_limits_holds_constraints_too(cart, beyond, holds):
+    """The ball is beyond its limit; the constraint holds within it, and up to 0.5 mm beyond."""
+    limit = float(cart.plan.tree.lower[0])
+    box = PositionConstraint("ball", [limit - 5e-4, -np.inf, -np.inf], [np.inf] * 3)
+    start, goal = [limit - beyond, 0.0], [limit + 0.2, 0.0]
+    plan = plan_path(cart, start, goal, constraints=[box], start_tolerance=1e-3, timeout=60.0)
+    assert plan.is_success == holds, plan.reason
+    if not holds:
+        assert plan.failure is PlanFailure.START_VIOLATES_CONSTRAINT
+        assert plan.reason.startswith("the way from the start back to limits")
+        assert "constraint 0 (PositionConstraint on 'ball')" in plan.reason
+
+
 def test_what_no_path_can_hold_ends_with_the_time(cart):
     """A corridor that the post closes: the search says how far it came."""
     plan = plan_path(cart, [0.0, 0.5], [2.0, 0.5], constraints=[corridor(0.35, 0.65)], timeout=0.3)

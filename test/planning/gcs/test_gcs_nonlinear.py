@@ -405,4 +405,5 @@ def test_one_search_is_enough_near_the_bound(monkeypatch):
     _, result = graph.solve_path(start, goal, options)
     # 1 s to full speed and 1 s from it cover 1 m, so that 2 m at 1 m/s are left.
     assert result.cost > 4.0
-    assert len(searches) == 5
+    # Another start ends at the same cost, so that no others follow.
+    assert len(searches) == 2

@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 from robot_scenes import BALL, diagram, SLIDE
+from scipy.spatial.transform import Rotation
 
 from scene_graph_ros.geometry.errors import InvalidPoseError
 from scene_graph_ros.geometry.spatial.poses import pose_from_xyz_rpy
@@ -160,6 +161,41 @@ def test_what_is_out_of_reach_says_how_far_it_goes(cell):
     assert np.abs(np.diff(plan.configurations, axis=0)).max() <= 0.1 + 1e-12
     over = plan_straight(cell, START, [X_1], HAND, timeout=1e-9)
     assert over.failure is StraightFailure.TIMEOUT and over.fraction == 0.0
+
+
+FLYING = """<robot name="flying"><link name="world"/><link name="base"><collision><geometry>
+  <box size="0.2 0.2 0.2"/></geometry></collision></link><link name="arm"/>
+  <joint name="f" type="floating"><parent link="world"/><child link="base"/></joint>
+  <joint name="a" type="revolute"><parent link="base"/><child link="arm"/>
+    <origin xyz="0.3 0 0.1"/><axis xyz="0 0 1"/>
+    <limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>"""
+
+
+@pytest.mark.parametrize(("pitch", "most"), [(0.0, 25), (1.0, 30), (1.5, 80)])
+def test_a_floating_base_turns_as_edges_do_not_as_its_three_angles(tmp_path, pitch, most):
+    """Its edges turn about one axis; near a pitch of pi/2 two angles change by far more."""
+    flying = SceneGraphCollisionChecker(diagram(tmp_path, FLYING))
+    tree = flying.plan.tree
+    start = tree.zero_configuration()
+    start[:4] = Rotation.from_euler("XYZ", [0.1, pitch, 0.2]).as_quat()[[3, 0, 1, 2]]
+    X_LT = pose_from_xyz_rpy([0.4, 0.0, 0.2])
+    X_0 = tree.link_poses(start, ["arm"])[0] @ X_LT
+    way, turn = np.array([0.1, 0.05, 0.0]), np.array([0.3, 0.2, 0.4])
+    X_1 = X_0.copy()
+    X_1[:3, :3] = Rotation.from_rotvec(turn).as_matrix() @ X_0[:3, :3]
+    X_1[:3, 3] += way
+    plan = plan_straight(flying, start, [X_1], "arm", X_LT)
+    assert plan.is_success and len(plan.configurations) <= most
+    s = np.linspace(0.0, 1.0, 21)
+    for k, (first, second) in enumerate(pairwise(plan.configurations)):
+        q = [flying.interpolate_between_configurations(first, second, t) for t in s]
+        X = tree.link_poses(np.array(q), ["arm"])[:, 0] @ X_LT
+        gone = X[:, :3, 3] - X_0[:3, 3]
+        off = gone - np.outer(gone @ way / (way @ way), way)
+        assert np.linalg.norm(off, axis=1).max() <= plan.deviation
+        f = plan.fractions[k] + s * (plan.fractions[k + 1] - plan.fractions[k])
+        right = Rotation.from_rotvec(f[:, np.newaxis] * turn).as_matrix() @ X_0[:3, :3]
+        assert angles(X[:, :3, :3], right).max() <= plan.rotation_deviation
 
 
 def test_no_way_and_bad_arguments(cell):

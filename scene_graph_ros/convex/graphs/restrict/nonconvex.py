@@ -47,16 +47,20 @@ def functions_at(
 
 
 def with_functions(
-    problem: Problem, path: Sequence[int], start: Sequence[np.ndarray]
+    problem: Problem,
+    path: Sequence[int],
+    start: Sequence[np.ndarray],
+    limit: float = np.inf,
 ) -> list[np.ndarray]:
     """Return points ``(n,)`` less their centres, near which none that keep all cost less.
 
     ``start`` are points of the sets. They are in the sets and keep what is convex to rounding of
-    the solver, where it found such points. Raises SolverError where no search ended at points that
-    are a local optimum, and some keep all; StoppedError where it was ended before.
+    the solver, where it found such points. Where the first search ends far above ``limit``, no
+    other one follows. Raises SolverError where no search ended at points that are a local optimum,
+    and some keep all; StoppedError where it was ended before.
     """
     program, generator = _Program(problem, path), np.random.default_rng(0)
-    best, least = list(start), (True, np.inf, np.inf)
+    best, least, idle = list(start), (True, np.inf, np.inf), 0
     # No points of these sets that keep what is convex cost less than the first ones.
     bound = program.cost(start)
     for trial, (away, is_near) in enumerate(_STARTS):
@@ -65,18 +69,19 @@ def with_functions(
         if trial and least[0] and (away or not program.is_smooth):
             away = _BESIDE
         first = program.near(start, away, generator) if away else start
-        found, is_optimal = program.solve(first, is_near)
+        found, is_optimal = program.solve(first, is_near, is_patient=least[0])
         worst = program.violation(found)
         rank = (not is_optimal, max(worst, _KEPT), program.cost(found))
-        is_kept = is_optimal and worst <= _KEPT
-        # The first two are of one start.
-        is_same = trial > 1 and is_kept and abs(rank[2] - least[2]) <= _SAME * abs(bound)
-        is_same = is_same and rank[2] - bound <= _SOME * abs(bound)
+        gain, same = least[2] - rank[2], _SAME * abs(bound)
         if rank < least:
             best, least = found, rank
-        if is_same:
-            break
-        if is_kept and (not program.is_smooth or rank[2] - bound <= _LITTLE * abs(bound)):
+        if least[0] or least[1] > _KEPT:
+            continue
+        idle = idle + 1 if gain <= same else 0
+        above = (least[2] - bound) / (abs(bound) or 1.0)
+        enough = next(count for count, most in _IDLE if above <= most)
+        agrees = not rank[0] and rank[1] <= _KEPT and abs(gain) <= same
+        if idle >= enough or agrees or not program.is_smooth or least[2] > limit * (1.0 + _LITTLE):
             break
     if least[0] and problem.is_over is not None and problem.is_over():
         raise StoppedError(
@@ -93,17 +98,19 @@ def with_functions(
 
 
 _BESIDE = 1e-4
-_STARTS = ((0.0, True), (0.0, False), (0.1, True), (0.1, True), (0.4, False))
-"""From how many starts the best is taken; where functions are somebody's own, the first of these
-that leads to a local optimum. Each is away from the convex program's points by a part of the half
-widths of sets, and is searched near itself or farther. Starts are just beside while no search
+_STARTS = ((0.0, True), (0.1, True), (0.0, False), (0.1, True), (0.4, False))
+"""From how many starts the best is taken at most; where functions are somebody's own, the first of
+these that leads to a local optimum. Each is away from the convex program's points by a part of the
+half widths of sets, and is searched near itself or farther. Starts are just beside while no search
 ended well, as one that is lost from one point may end well from the next."""
 
-_SAME, _SOME = 1e-3, 0.1
-"""Of a lower bound: two starts that end so near to each other, and to it, are enough."""
+_SAME, _LITTLE = 1e-3, 1e-2
+"""Of a lower bound: what a start has to gain at least; of a limit, by how much a first search may
+end above it for others to follow."""
 
-_LITTLE = 3e-2
-"""Of a lower bound: where so little is left to gain, no other start is tried."""
+_IDLE = ((0, 3e-2), (1, 0.1), (2, np.inf))
+"""So many starts in succession that gain nothing end the search, for a cost that is at most so
+far above a lower bound, as a part of it; and one that ends at the same cost."""
 
 _KEPT, _ACCEPTED = 1e-8, 1e-7
 """By how much points may break something for a search to end, and to be kept at all."""
@@ -122,13 +129,15 @@ class _Program:
         self._count = ends[-1]
         self.is_smooth = is_smooth(problem, path, self._sets)
 
-    def solve(self, start: Sequence[np.ndarray], is_near: bool) -> tuple[list[np.ndarray], bool]:
+    def solve(
+        self, start: Sequence[np.ndarray], is_near: bool, is_patient: bool
+    ) -> tuple[list[np.ndarray], bool]:
         """Solve from points; return others less their centres, and whether they are optimal."""
         first = np.zeros(self._count)
         for placed, at, x in zip(self._sets, self._slices, start, strict=True):
             first[at] = _variables_at(placed, x)
         if self.is_smooth:
-            y, is_optimal = self._smooth.solve(first, is_near=is_near)
+            y, is_optimal = self._smooth.solve(first, is_near=is_near, is_patient=is_patient)
         else:
             y, is_optimal = self._by_squares(first)
         parts = zip(self._sets, self._slices, strict=True)

@@ -134,6 +134,7 @@ def _kept_functions(
     found: list[np.ndarray],
     bound: float,
     guess: Sequence[np.ndarray] | None,
+    limit: float,
 ) -> tuple[list[np.ndarray], float]:
     """Return points less their centres that keep functions, too, and the bound that holds."""
     functions = [of.problem.functions.get(e, ()) for e in of.path]
@@ -142,7 +143,7 @@ def _kept_functions(
     start: Sequence[np.ndarray] = found
     if guess is not None:
         start = [x - placed.center for x, placed in zip(guess, of.sets, strict=True)]
-    moved = with_functions(of.problem, of.path, start)
+    moved = with_functions(of.problem, of.path, start, limit)
     return moved, -np.inf if _has_costs(of) else bound
 
 
@@ -183,7 +184,7 @@ def restrict(
         )
     if bound >= limit and not _has_costs(of):
         return Restricted(np.inf, bound, (), 0.0)
-    found, bound = _kept_functions(of, found, bound, guess)
+    found, bound = _kept_functions(of, found, bound, guess, limit)
     is_tied = of.is_constrained or any(e in problem.functions for e in path)
     sets = of.sets
     points, worst = [placed.center + way for placed, way in zip(sets, found, strict=True)], 0.0

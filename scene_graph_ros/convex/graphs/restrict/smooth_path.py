@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -48,6 +49,7 @@ class _Made:
     ) -> None:
         self._problem, self._sets, self._slices = problem, sets, slices
         self._count = slices[-1].stop
+        self._points: dict[int, Any] = {}
         self.program = SmoothProgram(self._count, problem.is_over)
 
     def add_set(self, k: int) -> None:
@@ -80,11 +82,8 @@ class _Made:
 
     def add_function(self, k: int, function: PlacedFunction) -> None:
         """Ask what a function does of the edge from the k-th set."""
-        points = [
-            self.program.at(self._columns(j, self._sets[j].S), self._sets[j].center)
-            for j, takes in ((k, function.takes_u), (k + 1, function.takes_v))
-            if takes
-        ]
+        ends = ((k, function.takes_u), (k + 1, function.takes_v))
+        points = [self._point(j) for j, takes in ends if takes]
         term = function.term
         assert isinstance(term, WrittenConstraint), "is_smooth"
         values, is_equal = term.function(*points), term.lower == term.upper
@@ -96,6 +95,13 @@ class _Made:
             if len(rows):
                 kept = sign * (values[rows.tolist()] - bound[rows])
                 self.program.add_expressions(kept, is_equal[rows])
+
+    def _point(self, k: int) -> Any:
+        """Return the point of the k-th set as an expression."""
+        if k not in self._points:
+            placed = self._sets[k]
+            self._points[k] = self.program.at(self._columns(k, placed.S), placed.center)
+        return self._points[k]
 
     def _columns(self, k: int, rows: np.ndarray) -> np.ndarray:
         """Return rows of the k-th set's variables as rows of all."""

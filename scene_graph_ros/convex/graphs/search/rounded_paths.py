@@ -89,7 +89,8 @@ def rounded_path(
     relaxed, bound = _bound_of_paths(free, *how, edges)
     rounded, count, failure = round_paths(of_paths, known[0], bound, options, tried)
     if free.terms is not of_paths.terms and relaxed is not None:
-        more, others, _ = round_paths(of_paths, relaxed, bound, options, tried)
+        limit = np.inf if rounded is None else rounded.best.cost
+        more, others, _ = round_paths(of_paths, relaxed, bound, options, tried, limit=limit)
         rounded, count = better(rounded, more), count + others
     return rounded, count, failure, bound
 
@@ -146,12 +147,13 @@ def round_paths(
     options: GraphOfConvexSetsOptions,
     tried: Tried,
     at_most: int | None = None,
+    limit: float = np.inf,
 ) -> tuple[Incumbent | None, int, str]:
     """Return the best of the path with the most flow and of some that are drawn from the flows.
 
     And how many were tried, and a failure. Paths that were ``tried`` before are not solved again.
     No more are once one costs the proven bound of all, and at most ``at_most``, if that is less
-    than the options' gap.
+    than the options' gap. Those that can't cost less than ``limit`` need not be solved.
 
     A failure is the solver's status of one of them that it did not solve, else empty.
     """
@@ -170,8 +172,8 @@ def round_paths(
         if path not in tried:
             try:
                 # One that can't be better need not be made smooth.
-                limit = np.inf if found is None else found.best.cost
-                tried[path] = restrict(problem, path, limit=limit)
+                most_cost = limit if found is None else min(limit, found.best.cost)
+                tried[path] = restrict(problem, path, limit=most_cost)
             except SolverError as error:
                 tried[path] = error
         best = tried[path]

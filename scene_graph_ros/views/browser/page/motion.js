@@ -8,6 +8,7 @@ const PAUSE = 70;  // ms between two drags that are told
 const GHOST_COLOR = [0.35, 0.62, 1, 0.5], BAD_COLOR = [0.95, 0.12, 0.1, 0.75];
 const NEAR = [0.9, 0, 0.1], FAR = [0, 0.75, 0.1];  // colours of what a motion keeps
 const LINE = 0.004;  // half as thick as a motion's line is seen, part of its distance from the eye
+const WATCHED = 0.6;  // of the time until a motion has to replace another one: for playing it
 const STEP = 0.01, ANGLE = Math.PI / 36;  // m and rad, of one key
 const KEYS = { ArrowUp: [1, 0, 0], ArrowDown: [-1, 0, 0], ArrowLeft: [0, 1, 0],
   ArrowRight: [0, -1, 0], PageUp: [0, 0, 1], PageDown: [0, 0, -1] };
@@ -36,10 +37,13 @@ export class Motion {
     const ask = (replaces) => this.onAsk({ motion: "plan", scaling: Number(speed.value), replaces });
     plan.addEventListener("click", () => ask(false));
     replace.addEventListener("click", () => ask(true));
-    cancel.addEventListener("click", () => this.onAsk({ motion: "cancel" }));
+    cancel.addEventListener("click", () => {
+      if (this.plan?.within) this.takePlan({ plan: 0 });
+      this.onAsk({ motion: "cancel" });
+    });
     play.addEventListener("click", () => this.play());
     time.addEventListener("input", () => this.player.go(Number(time.value)));
-    execute.addEventListener("click", () => this.onAsk({ motion: "execute", plan: this.plan.plan }));
+    execute.addEventListener("click", () => this.execute());
   }
 
   // Offers the links of robots {robot, links, executes}, where they are other ones than before.
@@ -102,7 +106,12 @@ export class Motion {
     this.say();
   }
 
-  // Takes a motion, and plays it once; number 0 is none.
+  execute() {
+    this.onAsk({ motion: "execute", plan: this.plan.plan });
+  }
+
+  // Takes a motion, and plays it once; number 0 is none. One that replaces another is played as fast
+  // as it has to be, and then executed, unless that is cancelled before.
   takePlan(plan) {
     this.plan = plan.plan ? plan : null;
     this.wasPlayed = false;
@@ -110,7 +119,8 @@ export class Motion {
     if (this.plan) {
       this.player.load(this.plan);
       this.parts.time.max = this.plan.duration;
-      this.player.play();
+      const { duration, within } = this.plan;
+      this.player.play(within ? Math.max(1, duration / (WATCHED * within)) : 1);
     }
     this.say();
   }
@@ -125,7 +135,9 @@ export class Motion {
   }
 
   showPlan() {
+    const isFirst = !this.wasPlayed;
     this.wasPlayed = true;
+    if (isFirst && this.plan.within) this.execute();
     this.say();
   }
 
@@ -141,7 +153,7 @@ export class Motion {
     const isSearching = Boolean(this.planning);
     parts.plan.disabled = !held?.has_moved || !isFree || isSearching;
     parts.replace.disabled = parts.plan.disabled || !this.executing;
-    parts.cancel.hidden = !isSearching;
+    parts.cancel.hidden = !isSearching && !(plan?.within && !this.wasPlayed);
     parts.execute.disabled = !plan || !this.wasPlayed || this.executing;
     section.querySelector(".plan").hidden = !plan;
     this.write(".reach", this.reach());

@@ -26,13 +26,14 @@ export class Player {
     this.onChange();
   }
 
-  play() {
+  // Plays it, so many seconds in one.
+  play(rate = 1) {
     cancelAnimationFrame(this.frame);
     if (this.time >= this.motion.times.at(-1)) this.time = 0;
     this.isPlaying = true;
     let before = performance.now();
     const step = (now) => {
-      this.go(this.time + Math.max(0, now - before) / 1000);
+      this.go(this.time + rate * Math.max(0, now - before) / 1000);
       before = now;
       this.isPlaying = this.time < this.motion.times.at(-1);
       if (this.isPlaying) this.frame = requestAnimationFrame(step);
