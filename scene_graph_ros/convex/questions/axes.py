@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from scene_graph_ros.convex.questions.answers import gaps_of, Projection, Support
+from scene_graph_ros.convex.questions.pieces import Ellipsoids, Piece
 from scene_graph_ros.convex.questions.surrounding import ROUNDING
-from scene_graph_ros.convex.questions.touching import Ellipsoids, Piece
 from scene_graph_ros.convex.solve.ellipsoids.ellipsoid_distance import nearest_on_axes
 from scene_graph_ros.geometry.tolerances import EPSILON
 

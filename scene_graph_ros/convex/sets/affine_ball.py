@@ -25,7 +25,7 @@ from scene_graph_ros.convex.questions.axes import (
     unit_ball_volume,
 )
 from scene_graph_ros.convex.questions.ellipsoids import circumscribed
-from scene_graph_ros.convex.questions.touching import Piece
+from scene_graph_ros.convex.questions.pieces import Piece
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.convex.solve.cones.lift import Ball, Lift
 from scene_graph_ros.geometry.shapes.ellipsoid import Ellipsoid

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from scene_graph_ros.convex.questions.answers import Support
+from scene_graph_ros.convex.questions.pieces import Piece
 from scene_graph_ros.convex.questions.surrounding import DRAWN_IN
-from scene_graph_ros.convex.questions.touching import Piece
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.convex.sets.members import as_members, common_dimension, member
 from scene_graph_ros.convex.sets.pairwise_intersections import own_box

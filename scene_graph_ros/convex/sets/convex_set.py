@@ -29,9 +29,9 @@ from scene_graph_ros.convex.questions.membership import (
     add_point_in_set,
     Membership,
 )
+from scene_graph_ros.convex.questions.pieces import Piece
 from scene_graph_ros.convex.questions.quick_answers import meet, support_of_rows
 from scene_graph_ros.convex.questions.surrounding import drawn_in
-from scene_graph_ros.convex.questions.touching import Piece
 from scene_graph_ros.convex.solve.cones.lift import Lift, shared_point
 from scene_graph_ros.convex.solve.cutting.cutting import find_in_cones, Found
 from scene_graph_ros.convex.solve.exact.corners import Corners

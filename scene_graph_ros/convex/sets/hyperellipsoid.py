@@ -24,8 +24,8 @@ from scene_graph_ros.convex.questions.axes import (
     unit_ball_volume,
 )
 from scene_graph_ros.convex.questions.ellipsoids import circumscribed
+from scene_graph_ros.convex.questions.pieces import Piece
 from scene_graph_ros.convex.questions.surrounding import WELL_CONDITIONED
-from scene_graph_ros.convex.questions.touching import Piece
 from scene_graph_ros.convex.sets.affine_ball import AffineBall
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.convex.sets.from_shapes import (

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from scene_graph_ros.convex.questions.answers import Support
-from scene_graph_ros.convex.questions.touching import Piece
+from scene_graph_ros.convex.questions.pieces import Piece
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.convex.sets.from_shapes import (
     capsule_of,

@@ -11,14 +11,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from scene_graph_ros.convex.questions.surrounding import (
-    ROUNDING,
-)
-from scene_graph_ros.convex.questions.touching import (
+from scene_graph_ros.convex.questions.pieces import (
     corner_piece,
     Ellipsoids,
     FacedEllipsoids,
     Piece,
+)
+from scene_graph_ros.convex.questions.surrounding import (
+    ROUNDING,
 )
 from scene_graph_ros.convex.sets.affine_ball import AffineBall
 from scene_graph_ros.convex.sets.convex_set import ConvexSet
