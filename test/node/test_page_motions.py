@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
-import time
 
 from browser_page import PageClient
 from geometry_msgs.msg import Quaternion, Transform, Vector3
@@ -117,12 +116,24 @@ def pose(position, rotation):
     return poses_from_quaternions([position], q / np.linalg.norm(q))[0]
 
 
-def at_rest(page, robot):
-    """Hold the hand of a robot that rests; return the answer."""
-    page.hold()
-    told = page.until(lambda m: m.get("held") and not m["executing"])
-    time.sleep(0.15)
-    return page.until(lambda m: m["number"] == 0) if told else told
+def hand_of(robot, model):
+    """Return where the robot's hand is."""
+    q = model.tree.zero_configuration()
+    q[[model.tree.position_index(name) for name in NAMES]] = robot.q
+    return model.tree.link_poses(q, ["panda_hand"])[0][:3, 3]
+
+
+def at_rest(page, robot, model):
+    """Hold the hand of a robot that rests, as the node has heard by then; return the answer."""
+
+    def held():
+        rests = not robot.gaps or robot.gaps[-1] == 0.0
+        told = page.hold()
+        is_there = rests and told.get("held") and not told["executing"]
+        near = is_there and np.allclose(told["position"], hand_of(robot, model), atol=1e-6)
+        return near and told
+
+    return wait_until(held, "the hand of a robot that rests")
 
 
 def test_the_robot_follows_its_hand(page):
@@ -248,7 +259,7 @@ def test_a_motion_is_planned_shown_and_executed(page, robot, model):
 
     None of 200 configurations of what was published collides.
     """
-    held = at_rest(page, robot)
+    held = at_rest(page, robot, model)
     x, y, z = held["position"]
     goal = (x, y + 0.3, z - 0.15)
     plan = planned(page, goal, held["rotation"])
@@ -286,7 +297,7 @@ def test_a_motion_is_planned_shown_and_executed(page, robot, model):
 
 def test_a_motion_is_replaced_on_its_way(page, robot, model):
     """It goes on from the old one without a step, and leads to where the hand was dragged."""
-    held = at_rest(page, robot)
+    held = at_rest(page, robot, model)
     x, y, z = held["position"]
     plan = planned(page, (x, y - 0.5, z), held["rotation"], 0.2)
     count = robot.heard.count
@@ -329,19 +340,16 @@ def test_a_motion_is_replaced_on_its_way(page, robot, model):
     )
     page.until(lambda m: not m["executing"])
     wait_until(lambda: len(robot.gaps) > 20 and robot.gaps[-1] == 0.0, "rest")
-    q = model.tree.zero_configuration()
-    q[[model.tree.position_index(name) for name in NAMES]] = robot.q
-    end = model.tree.link_poses(q, ["panda_hand"])[0]
-    np.testing.assert_allclose(end[:3, 3], goal, atol=1e-6)
+    np.testing.assert_allclose(hand_of(robot, model), goal, atol=1e-6)
     assert "no motion is executed" in (
         page.drag((x, y - 0.1, z), held["rotation"])
         and page.refusal("plan", scaling=0.5, replaces=True)
     )
 
 
-def test_what_has_come_into_the_way_stops_a_motion(page, robot, client):
+def test_what_has_come_into_the_way_stops_a_motion(page, robot, model, client):
     """Between plan and execution a ball comes: it is not executed, and the page is told why."""
-    held = at_rest(page, robot)
+    held = at_rest(page, robot, model)
     x, y, z = held["position"]
     plan = planned(page, (x, y + 0.3, z), held["rotation"])
     objects = client.publisher(MultiDOFJointState, "/objects/poses")

@@ -1,5 +1,6 @@
 """Messages of heights: whose they are, and those that change nothing."""
 
+from array import array
 from types import SimpleNamespace
 
 import numpy as np
@@ -27,6 +28,8 @@ geometries:
 NOW = 10**12
 LIMITS = TimeLimits(now=NOW, max_age=5 * 10**9, max_lead=10**9)
 HEIGHTS = np.array([[0.5, 1.0, 1.5], [2.0, 2.5, 3.0]])
+A_MILLION = array("B", bytes(10**6))
+"""Not as bytes, each of which a message would look at."""
 
 
 def height_message(heights, encoding="32FC1", **fields):
@@ -35,7 +38,7 @@ def height_message(heights, encoding="32FC1", **fields):
     rows = np.asarray(heights, kind)
     message = Image(height=rows.shape[0], width=rows.shape[1], encoding=encoding)
     message.step, message.is_bigendian = rows.strides[0], int(kind.startswith(">"))
-    message.data = rows.tobytes()
+    message.data = array("B", rows.tobytes())
     for name, value in fields.items():
         setattr(message, name, value)
     return message
@@ -97,7 +100,7 @@ def test_rows_of_a_message_are_rows_of_the_field(mapping, encoding):
     [
         ("malformed", "encoding", height_message(HEIGHTS, "mono16"), 0),
         ("malformed", "data has 3 bytes", height_message(HEIGHTS, data=bytes(3)), 0),
-        ("malformed", "more than enough", height_message(HEIGHTS, data=bytes(10**6)), 0),
+        ("malformed", "more than enough", height_message(HEIGHTS, data=A_MILLION), 0),
         ("wrong_length", "2 x 2 heights, the field 2 x 3", height_message(HEIGHTS[:, :2]), 0),
         ("not_finite", "[0, 1] must be finite", height_message(HEIGHTS * [1, np.nan, 1]), 0),
         ("not_finite", "above the floor at -1 m", height_message(HEIGHTS - 2), 0),
