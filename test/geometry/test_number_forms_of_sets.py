@@ -61,6 +61,7 @@ NO_ARRAYS = {
         *(("ConicConstraint.rows_at", "values"), ("ConicConstraint.violation", "values")),
         *(("ConicProgram.cost", "values"), ("Costly.cost_at", "points")),
         *(("FunctionConstraint.at", "points"), ("GraphOfConvexSetsResult.__init__", "points")),
+        ("GraphOfConvexSetsResult.__init__", "slack_variables"),
         ("RegionCut.__init__", "point"),
     ),
     "values of properties, names, colours and functions": (
@@ -77,6 +78,7 @@ NO_ARRAYS = {
     ),
     "may be infinite, as numbers beyond float64 then are; else as the lower bound": (
         ("FunctionConstraint.__init__", "upper_bound"),
+        ("Costly.new_slack_variables", "upper_bound"),
     ),
     "A and b by position, which are in the table by name": (
         *(("CartesianProduct.__init__", name) for name in ("other", "reference_frame")),

@@ -176,6 +176,16 @@ def of_graph(term):
     return made.at(at) if cost is None else cost.at(at)
 
 
+def least_slack(lower_bound):
+    """Return the least values of slack variables of an edge above a bound."""
+    graph = GraphOfConvexSets()
+    ends = [graph.add_vertex(BOX, name) for name in "uv"]
+    edge = graph.add_edge(*ends)
+    s = edge.new_slack_variables(2, "s", lower_bound, HIGH)
+    edge.add_cost(s[0] + s[1])
+    return edge.get_solution_slack_variables(graph.solve_convex_restriction([edge]))
+
+
 def sampled(**more):
     """Return a point of a box, drawn the same way each time."""
     return BOX.make_h_polyhedron().uniform_sample(np.random.default_rng(1), **more)
@@ -221,6 +231,7 @@ CALLS = {
     "ConvexSet.point_in_set": (BOX.point_in_set, {"x": CENTER}),
     "ConvexSet.projection": (lambda points: BOX.projection(points).points, {"points": POINTS}),
     "ConvexSet.support": (lambda direction: BOX.support(direction).point, {"direction": CENTER}),
+    "Costly.new_slack_variables": (least_slack, {"lower_bound": LOW}),
     "FunctionConstraint.__init__": (
         lambda lower_bound: FunctionConstraint(lambda x: x, lower_bound, HIGH).lower,
         {"lower_bound": LOW},

@@ -110,7 +110,7 @@ def are_flat(
         float(np.abs(vertices).max(initial=0.0)),
     )
     # No triangle is larger than the box around all: so areas are asked of few parts.
-    small = np.abs(volumes) <= 16.0 * _ROUNDING * most**3 * count
+    small = np.abs(volumes) <= 16.0 * _ROUNDING * most * most * most * count
     if not small.any():
         return small
     rows = np.flatnonzero(small[label])
