@@ -47,11 +47,17 @@ _PATIENCE = 60.0
 """Seconds to wait for an answer of the node."""
 
 
-def _layer(station: str) -> str:
-    """Return the layer that a file belongs to, or its folder in a package with rooms."""
+def _folder(station: str) -> str:
+    """Return the folder that is a file's layer: a package, or a room of one."""
     if station.startswith(_WITH_ROOMS):
-        return Path(station).parent.as_posix().removeprefix("scene_graph_ros/")
-    return next(name for folder, name in _LAYERS.items() if station.startswith(f"{folder}/"))
+        return Path(station).parent.as_posix()
+    return next(folder for folder in _LAYERS if station.startswith(f"{folder}/"))
+
+
+def _layer(station: str) -> str:
+    """Return the name of the layer that a file belongs to."""
+    folder = _folder(station)
+    return _LAYERS.get(folder, folder.removeprefix("scene_graph_ros/"))
 
 
 class Walk(NamedTuple):
@@ -344,10 +350,13 @@ def walk_all() -> dict[str, Walk]:
 
 
 def written(walk: Walk) -> str:
-    """Return the walk as the page shows it: a list of its layers with the files in each."""
+    """Return the walk as the page shows it: a list of its layers with the files in each.
+
+    Files are named from their layer's folder on.
+    """
     lines = [f"{len(walk.stations)} files, {walk.crossings} crossings:", ""]
     for number, (name, stations) in enumerate(walk.legs, 1):
-        files = ", ".join(f"`{station.removeprefix('scene_graph_ros/')}`" for station in stations)
+        files = ", ".join(f"`{Path(each).relative_to(_folder(each))}`" for each in stations)
         text = f"{number}. {name}: {files}"
         lines += textwrap.wrap(text, _WIDTH, subsequent_indent="   ", break_on_hyphens=False)
     return "\n".join(lines)
