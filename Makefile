@@ -36,7 +36,7 @@ ENDLESS := --timeout 0 -o faulthandler_timeout=0
 # Where a process crashes the run ends, and says at which test: with another in its place it hangs.
 IN_FILES := --dist loadfile --no-loadscope-reorder --max-worker-restart 0 --durations=25
 
-.PHONY: help setup all-kernels environment demo test lint format test-uncompiled test-ros \
+.PHONY: help setup all-kernels environment demo test lint format test-uncompiled collected test-ros \
   test-core search robot-files fuzz soak workspace wheels same-everywhere docs peers bench \
   accuracy lock clean
 .DEFAULT_GOAL := help
@@ -57,14 +57,14 @@ demo:  ## make .venv as far as it is needed, and run the node with a simulated r
 	@$(BOOTSTRAP) --demo
 	@$(RUN) examples/demo.py
 
-# The first two are run side by side: for most of its time `lint` is one process.
-BESIDE := lint test-uncompiled
+# The first three are run side by side: for most of its time `lint` is one process.
+BESIDE := lint test-uncompiled collected
 PARTS := $(BESIDE) test-ros test-core
 
 test:  ## run every check and test, also where one fails, and say which did
 	@$(BOOTSTRAP) --for-tests
 	@echo "Style, types and uncompiled kernels are checked side by side: what each tells comes when" \
-	  "it is done, after about a minute."
+	  "it is done, after a minute or two."
 	@export PASSED=$$(mktemp); trap 'rm -f "$$PASSED"' EXIT; \
 	  $(MAKE) --jobs 2 --output-sync=target $(BESIDE:%=try-%); \
 	  for part in $(filter-out $(BESIDE),$(PARTS)); do $(MAKE) try-$$part; done; \
@@ -108,6 +108,11 @@ UNCOMPILED := $(addprefix test/geometry/,spatial cutting perception/test_rendere
 
 test-uncompiled: environment  ## test some of the core's kernels uncompiled, in about a minute
 	NUMBA_DISABLE_JIT=1 $(RUN) -m pytest -n auto -m "not slow and not compiled" $(UNCOMPILED)
+
+# Python keeps the bytecode of a file of tests where one process has read it. Where all processes of
+# a run read all files at once, each of them makes it.
+collected: environment  ## read the files of all tests
+	$(RUN) -m pytest --collect-only -qq $(ROS_TESTS) $(CORE_TESTS) > /dev/null
 
 EFFORT ?= 50
 SEARCH_SEED := $(shell date +%s)

@@ -46,7 +46,8 @@ def _folder(tmp_path_factory):
 @pytest.fixture(name="node", scope="module")
 def _node(start_node, folder):
     """A node that starts without a scene, so that nothing was imported that reads them."""
-    return start_node(program=HELD_IMPORT.format(name=MODULE, folder=str(folder)) + RUN_NODE)
+    program = HELD_IMPORT.format(name=MODULE, folder=str(folder)) + RUN_NODE
+    return start_node(program=program, fresh=True)
 
 
 def press(client, poses, contacts, depth):

@@ -69,7 +69,9 @@ def node(start_node, tmp_path_factory):
     """A node with sources of three message types around one target at the origin."""
     scene = tmp_path_factory.mktemp("scene") / "poses.yaml"
     scene.write_text(SCENE)
-    return start_node({"scene": scene, "diagnostics_rate": 20.0, "max_pose_age": 30.0})
+    parameters = {"scene": scene, "diagnostics_rate": 20.0, "max_pose_age": 30.0}
+    # What it has imported counts.
+    return start_node(parameters, fresh=True)
 
 
 @pytest.fixture(scope="module")

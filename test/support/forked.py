@@ -21,7 +21,7 @@ import threading
 
 __all__ = ["ForkedProcess"]
 
-PRELOADED = ["scene_graph_ros.node.process", "first_kernel"]
+PRELOADED = ["scene_graph_ros.node.process", "begun_before"]
 """What a node that starts imports first; its effects are imported when they are asked for."""
 
 _server = multiprocessing.get_context("forkserver")

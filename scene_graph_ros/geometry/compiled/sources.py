@@ -55,8 +55,12 @@ _IMPORT = re.compile(
 )
 
 
+@functools.cache
 def digest_of_everything() -> str:
-    """Hash all sources with kernels: while it is the same, so is every cached kernel."""
+    """Hash all sources with kernels, as they are when first asked for.
+
+    While it is the same, so is every cached kernel.
+    """
     digest = hashlib.blake2b(_environment(), digest_size=8)
     keeping = {Path(__file__).parent / f"{name.rpartition('.')[2]}.py" for name in _KEEPING}
     for folder in _WITH_KERNELS:
