@@ -130,6 +130,18 @@ def commands(text: str) -> Iterator[str]:
     assert not pending, pending
 
 
+def _more_of(command: str) -> str:
+    """Return what a command of a reader gets beside what the page says."""
+    more = ""
+    if "-m scene_graph_ros.node" in command:
+        # On a busy machine a robot may not be heard of for seconds.
+        more += " -p max_pose_age:=60.0"
+    if "browser:=" in command:
+        # The page is served at a port of its own: another test may have the usual one.
+        more += " -p browser_port:=0"
+    return more
+
+
 class Reader:
     """Runs the blocks of one page."""
 
@@ -194,9 +206,7 @@ class Reader:
             if "# in another terminal" not in command:
                 self._interrupt(here)
             if _LASTING.search(command):
-                # The page is served at a port of its own: another test may have the usual one.
-                port = " -p browser_port:=0" if "browser:=" in command else ""
-                words = shlex.join(shlex.split(command, comments=True)) + port
+                words = shlex.join(shlex.split(command, comments=True)) + _more_of(command)
                 here.append(Process(words, self._folder, self._variables))
                 self._lasting.append(here[-1])
                 here[-1].wait_until_it_runs()
