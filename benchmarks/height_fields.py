@@ -43,7 +43,7 @@ FloatArray = NDArray[np.float64]
 
 _CELLS, _LENGTH, _FLOOR, _RADIUS = 1000, 10.0, -1.0, 0.05
 _GAPS = {"5 mm above": 0.005, "touching": 0.0, "2 cm in it": -0.02}
-_PLACES, _ROUNDS, _MARGIN = 50, 5, 0.01
+_PLACES, _ROUNDS, _MARGIN = 400, 5, 0.01
 
 
 def hills(seed: int = 0) -> FloatArray:

@@ -13,6 +13,7 @@ there. At last the example asks, with a scene that has the things, how near the 
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 import sys
 from typing import TYPE_CHECKING
@@ -61,48 +62,60 @@ def parse_arguments() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def nearest_to_things(scene: Path, moments: list[list[float]]) -> tuple[float, str]:
-    """Return the least distance of the robot from the real things, m, and the nearest thing."""
-    from scene_graph_ros.geometry import (
-        CollisionFilterDeclaration,
-        GeometrySet,
-        ProximityProperties,
-        SceneGraph,
-    )
-    from scene_graph_ros.planning import RobotDiagram
-    from scene_graph_ros.scene_files import load_scene
+class RealThings:
+    """The scene with the things that planning does not know; it asks how near the robot came."""
 
-    graph = SceneGraph()
-    loaded = load_scene(scene).apply(graph)
-    things, panda = loaded.sources["things"].source_id, loaded.sources["panda"]
-    names = {loaded.geometries[f"things/world/{name}"]: name for name in THINGS}
-    for geometry in names:
-        graph.assign_role(things, geometry, ProximityProperties())
-    robot = set(graph.model_inspector().get_geometries_for_source(panda.source_id))
-    # Only the robot and the things are asked about.
-    others = set(graph.model_inspector().get_all_geometry_ids()) - robot - names.keys()
-    without = CollisionFilterDeclaration().exclude_within(GeometrySet(robot))
-    without.exclude_between(GeometrySet(robot), GeometrySet(others))
-    graph.collision_filter_manager().apply(without)
-    tree, frames = RobotDiagram.of_scene(graph, loaded).tree, panda.robot.link_frames
-    context = graph.create_default_context()
-    query, best, q = graph.query_object(context), (np.inf, ""), np.array(START)
-    # Where the robot was when it was measured last, and its distance then.
-    measured, distance = q.copy(), -np.inf
-    for moment in moments:
-        q[: len(moment)] = moment  # the fingers stay where they are
-        if distance - LONGEST * np.abs(q - measured).sum() >= best[0]:
-            continue  # since then it can't have come nearer than it was before
-        measured, distance = q.copy(), 0.3
-        X_WL = tree.link_poses(q, list(frames))
-        context.set_frame_poses(panda.source_id, dict(zip(frames.values(), X_WL, strict=True)))
-        for pair in query.compute_signed_distance_pairwise_closest_points(distance):
-            ids = {pair.id_A, pair.id_B}
-            if ids & robot and ids & names.keys():
-                (thing,) = ids & names.keys()
-                distance = min(distance, pair.distance)
-                best = min(best, (pair.distance, names[thing]))
-    return best
+    def __init__(self, scene: Path) -> None:
+        from scene_graph_ros.geometry import (
+            CollisionFilterDeclaration,
+            GeometrySet,
+            ProximityProperties,
+            SceneGraph,
+        )
+        from scene_graph_ros.planning import RobotDiagram
+        from scene_graph_ros.scene_files import load_scene
+
+        graph, described = SceneGraph(), load_scene(scene)
+        # Nobody looks at the robot's links.
+        robots = [each.model_copy(update={"visual": False}) for each in described.spec.robots]
+        spec = described.spec.model_copy(update={"robots": robots})
+        loaded = replace(described, spec=spec).apply(graph)
+        things, panda = loaded.sources["things"].source_id, loaded.sources["panda"]
+        self.names = {loaded.geometries[f"things/world/{name}"]: name for name in THINGS}
+        for geometry in self.names:
+            graph.assign_role(things, geometry, ProximityProperties())
+        self.robot = set(graph.model_inspector().get_geometries_for_source(panda.source_id))
+        # Only the robot and the things are asked about.
+        known = self.robot | self.names.keys()
+        others = set(graph.model_inspector().get_all_geometry_ids()) - known
+        without = CollisionFilterDeclaration().exclude_within(GeometrySet(self.robot))
+        without.exclude_between(GeometrySet(self.robot), GeometrySet(others))
+        graph.collision_filter_manager().apply(without)
+        self.source, self.frames = panda.source_id, panda.robot.link_frames
+        self.tree = RobotDiagram.of_scene(graph, loaded).tree
+        self.context = graph.create_default_context()
+        self.query = graph.query_object(self.context)
+
+    def nearest(self, moments: list[list[float]]) -> tuple[float, str]:
+        """Return the least distance of the robot, m, and the nearest thing."""
+        best, q = (np.inf, ""), np.array(START)
+        # Where the robot was when it was measured last, and its distance then.
+        measured, distance = q.copy(), -np.inf
+        for moment in moments:
+            q[: len(moment)] = moment  # the fingers stay where they are
+            if distance - LONGEST * np.abs(q - measured).sum() >= best[0]:
+                continue  # since then it can't have come nearer than it was before
+            measured, distance = q.copy(), 0.3
+            X_WL = self.tree.link_poses(q, list(self.frames))
+            poses = dict(zip(self.frames.values(), X_WL, strict=True))
+            self.context.set_frame_poses(self.source, poses)
+            for pair in self.query.compute_signed_distance_pairwise_closest_points(distance):
+                ids = {pair.id_A, pair.id_B}
+                if ids & self.robot and ids & self.names.keys():
+                    (thing,) = ids & self.names.keys()
+                    distance = min(distance, pair.distance)
+                    best = min(best, (pair.distance, self.names[thing]))
+        return best
 
 
 def run(planner: LookingPlanner, arguments: argparse.Namespace, frames: Frames | None) -> int:
@@ -110,7 +123,7 @@ def run(planner: LookingPlanner, arguments: argparse.Namespace, frames: Frames |
     planner.wait_for_node()
     planner.tell_joints(JOINTS, START)
     planner.wait(lambda: planner.seen, "points that the camera saw")
-    planner.look(1.0)
+    planner.look(0.3)  # some images
     print(f"The camera sees {planner.seen} points of things that planning was not told of.")
     for attempt in range(1, MOST_PLANS + 1):
         result, goal_id = planner.plan_to(HAND, GOAL, "arm", PADDING)
@@ -158,7 +171,7 @@ def main() -> int:
             code = run(planner, arguments, frames)
         finally:
             planner.close()
-    near, thing = nearest_to_things(arguments.scene, planner.moments)
+    near, thing = RealThings(arguments.scene).nearest(planner.moments)
     print(f"On all its way the robot came no nearer than {1e3 * near:.0f} mm to them ({thing}).")
     if frames is not None and not code:
         frames.draw(arguments.picture)

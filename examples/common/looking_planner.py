@@ -26,7 +26,7 @@ class LookingPlanner(WorldPlanner):
 
     def __init__(self, speed: float) -> None:
         """Go at a share of the joints' velocities."""
-        super().__init__(with_pictures=True)
+        super().__init__(with_pictures=True, with_contacts=False)
         self._speed = speed
         self._sent: list[int] = []
         self._sent_at: list[float] = []

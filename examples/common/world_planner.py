@@ -43,7 +43,11 @@ KEPT = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 class WorldPlanner:
     """Talks to the node; what it can't do ends the program with the node's reason."""
 
-    def __init__(self, *, with_pictures: bool) -> None:
+    def __init__(self, *, with_pictures: bool, with_contacts: bool = True) -> None:
+        """Listen to plans, and to what is to be seen and to contacts where they are wanted.
+
+        The node computes what somebody listens to.
+        """
         rclpy.init()
         self.node = rclpy.create_node("planner")
         self.joints = self.node.create_publisher(JointState, "joint_states", 10)
@@ -60,7 +64,8 @@ class WorldPlanner:
         subscribe = self.node.create_subscription
         subscribe(PlanHolds, f"{NODE}/plan_holds", self.holds.append, KEPT)
         subscribe(MarkerArray, f"{NODE}/markers/plan", self._take_markers, KEPT)
-        subscribe(ContactArray, f"{NODE}/contacts", self.contacts.append, 100)
+        if with_contacts:
+            subscribe(ContactArray, f"{NODE}/contacts", self.contacts.append, 100)
         if with_pictures:
             subscribe(MarkerArray, f"{NODE}/markers/illustration", self._take_markers, KEPT)
 

@@ -42,30 +42,40 @@ class SeenVoxels:
     """States ``(nx, ny, nz)`` of a grid at ``X_WG``, with voxels of edge ``voxel``, m.
 
     ``until`` ``(nx, ny, nz)`` int64 has when each state expires, ns, FOREVER for those that do
-    not; None where none does. Nothing changes them; `after`, `at` and `without` return others.
+    not; None where none does. ``sensors`` ``(nx, ny, nz)`` int16 has the number of the sensor that
+    told each state last, -1 for no sensor; None where nobody asks for that. Nothing changes the
+    voxels; `after`, `at`, `numbered` and `without` return others.
     """
 
     states: NDArray[np.uint8]
     voxel: float
     X_WG: NDArray[np.float64]
     until: NDArray[np.int64] | None = None
+    sensors: NDArray[np.int16] | None = None
 
     def after(
-        self, view: DepthView | CloudView, until: int = FOREVER
+        self, view: DepthView | CloudView, until: int = FOREVER, sensor: int = 0
     ) -> tuple[SeenVoxels, VoxelsSeen]:
         """Return the voxels after a view, as `voxels_after` says, and what it changed.
 
-        The states that the view tells, changed or not, expire at ``until``, ns.
+        The states that the view tells, changed or not, expire at ``until``, ns, and are those of
+        the sensor of that number.
         """
-        if until == FOREVER and self.until is None:
+        if until == FOREVER and self.until is None and self.sensors is None:
             states, changed = voxels_after(self.states, self.voxel, self.X_WG, view)
-            return self._with(states, None), _counted(*changed, states)
+            return self._with(states, None, None), _counted(*changed, states)
         unseen = np.full(self.states.shape, Voxel.UNKNOWN, np.uint8)
         shown, _ = voxels_after(unseen, self.voxel, self.X_WG, view)
         tells = shown != Voxel.UNKNOWN
         states = np.where(tells, shown, self.states)
-        ends = np.full(states.shape, FOREVER) if self.until is None else self.until
-        after = self._with(states, np.where(tells, np.int64(until), ends))
+        ends, sensors = self.until, self.sensors
+        if ends is None and until != FOREVER:
+            ends = np.full(states.shape, FOREVER)
+        if ends is not None:
+            ends = np.where(tells, np.int64(until), ends)
+        if sensors is not None:
+            sensors = np.where(tells, np.int16(sensor), sensors)
+        after = self._with(states, ends, sensors)
         after.first_end  # noqa: B018 - made here, beside the updates
         differs = states != self.states
         freed = int(np.count_nonzero(differs & (states == Voxel.FREE)))
@@ -87,7 +97,24 @@ class SeenVoxels:
             return self
         states = self.states.copy()
         states[tuple(found.T)] = Voxel.FREE
-        return self._with(states, self.until)
+        return self._with(states, self.until, self.sensors)
+
+    def numbered(self, numbers: NDArray[np.int16]) -> SeenVoxels:
+        """Return the voxels with other numbers of the sensors, -1 where one is gone.
+
+        The states that it told are unknown; the object is the same where there are none.
+        """
+        if self.sensors is None or np.array_equal(numbers, np.arange(len(numbers))):
+            return self
+        is_told = self.sensors >= 0
+        sensors = np.where(is_told, numbers[self.sensors], np.int16(-1))
+        return self._unknown(is_told & (sensors < 0), sensors)
+
+    def _unknown(self, chosen: NDArray[np.bool_], sensors: NDArray[np.int16] | None) -> SeenVoxels:
+        """Return the voxels with some of them unknown."""
+        states = np.where(chosen, np.uint8(Voxel.UNKNOWN), self.states)
+        ends = None if self.until is None else np.where(chosen, np.int64(FOREVER), self.until)
+        return self._with(states, ends, sensors)
 
     @functools.cached_property
     def first_end(self) -> int:
@@ -98,19 +125,22 @@ class SeenVoxels:
         """Return the voxels with those unknown that have expired, the same object for none."""
         if self.until is None or now <= self.first_end:
             return self
-        is_over = self.until < now
-        states = np.where(is_over, np.uint8(Voxel.UNKNOWN), self.states)
-        return self._with(states, np.where(is_over, np.int64(FOREVER), self.until))
+        return self._unknown(self.until < now, self.sensors)
 
     def ended_by(self, time: int) -> SeenVoxels:
         """Return the same voxels, of which all that expire at all have expired after a time."""
         if self.until is None:
             return self
         ends = np.where(self.until == FOREVER, self.until, np.minimum(self.until, time))
-        return self._with(self.states, ends)
+        return self._with(self.states, ends, self.sensors)
 
-    def _with(self, states: NDArray[np.uint8], until: NDArray[np.int64] | None) -> SeenVoxels:
-        return SeenVoxels(states, self.voxel, self.X_WG, until)
+    def _with(
+        self,
+        states: NDArray[np.uint8],
+        until: NDArray[np.int64] | None,
+        sensors: NDArray[np.int16] | None,
+    ) -> SeenVoxels:
+        return SeenVoxels(states, self.voxel, self.X_WG, until, sensors)
 
 
 def _counted(freed: int, hit: int, states: NDArray[np.uint8]) -> VoxelsSeen:

@@ -6,7 +6,7 @@ Imported where a source's sensor fills a voxel grid.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, TYPE_CHECKING
 
 import numpy as np
@@ -44,8 +44,16 @@ class SensedGrid(SensedGeometry):
             geometry_id = self.geometry()
             shape = self.inspector.get_shape(geometry_id)
             X_WG = self.inspector.get_pose_in_frame(geometry_id)
-            return SeenVoxels(shape.occupancy, shape.voxel, X_WG)
+            return self._told_by(SeenVoxels(shape.occupancy, shape.voxel, X_WG))
         return self.voxels
+
+    def _told_by(self, seen: SeenVoxels) -> SeenVoxels:
+        """Return voxels that know which sensor told them, if one may go before the grid does."""
+        if not self.sensors.keys() - {self.source_name}:
+            return replace(seen, sensors=None)
+        if seen.sensors is not None:
+            return seen
+        return replace(seen, sensors=np.full(seen.states.shape, -1, np.int16))
 
     def error(self, geometry_id: GeometryId) -> float:
         """Return 0: a depth ends in the voxel that it says."""
@@ -96,10 +104,20 @@ class SensedGrid(SensedGeometry):
         self.heard = old.heard & {each for found in self.ids.values() for each in found}
         voxels = {g: before.snapshot.voxel_set(g) for g in self.heard}
         context.set_voxels(self.source, voxels)
+        numbers = np.full(
+            1 + max((s.number for s in old.sensors.values()), default=-1), -1, np.int16
+        )
         for name, state in old.sensors.items():
             if name in self.sensors:
+                numbers[state.number] = self.sensors[name].number
                 self.sensors[name].take_over(state)
-        self.voxels = old.voxels if self.heard else None
+        if old.voxels is None or not self.heard:
+            return
+        seen = old.voxels.numbered(numbers)
+        self.voxels = self._told_by(seen)
+        if seen is not old.voxels:
+            self._see(self.geometry(), self.voxels)
+            self.bring(context)
 
     def forget(self, after: int) -> None:
         """Forget stamps later than that, and the present look; the voxels hold.

@@ -155,7 +155,8 @@ class SensorState:
         new = view.points()
         if isinstance(seen, SeenVoxels):
             expires = int(self.settings.expires * 1e9)
-            return Looked(new, stamp, *seen.after(view, stamp + expires if expires else FOREVER))
+            until = stamp + expires if expires else FOREVER
+            return Looked(new, stamp, *seen.after(view, until, self.number))
         if self.settings.remembers:
             return Looked(new, stamp, *seen.after(view, new, stamp, most, self.number))
         return Looked(new, stamp, *seen.replaced(new, stamp, most, self.number))

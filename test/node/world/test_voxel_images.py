@@ -240,31 +240,74 @@ def test_a_cloud_of_the_same_source_is_left_alone(looking):
     assert looking.faults() == {}
 
 
-def test_clouds_fill_the_same_grid_by_their_rays(tmp_path):
-    """Free before the wall that a lidar sees, occupied there; its rays begin at its own frame."""
-    lidar = """  - {name: lidar, points: {fills: camera, remember: true, frame: arm/upper,
+class LookingWithLidar(LookingIntoGrid):
+    """A lidar at the same place fills the camera's grid, too."""
+
+    def __init__(self, folder):
+        lidar = """  - {name: lidar, points: {fills: camera, remember: true, frame: arm/upper,
      pose: {xyz: [1, 0, 0]}}}
   - {name: load}"""
-    looking = LookingIntoGrid(tmp_path, VOXELS.replace("  - {name: load}", lidar))
-    world = looking.world
-    record = world.records["lidar"]
-    channel = PointChannel(record, Intake("lidar", looking.warnings.append), 4000)
-    y, z = np.meshgrid(np.linspace(-1.0, 1.0, 41), np.linspace(-1.0, 1.0, 41))
-    message = cloud_message(np.stack([np.full(y.shape, 1.05), y, z], -1).reshape(-1, 3), "")
-    message.header.stamp.sec = NOW // SECOND
-    channel.store(serialize_message(message), 1)
-    limits = TimeLimits(now=NOW, max_age=5 * SECOND, max_lead=SECOND)
-    with world.lock:
-        assert apply_kept(channel, record, lambda: world.clouds["camera"], limits) is not None
-        world.commit((), 1, (), {"camera"})
+        super().__init__(folder, VOXELS.replace("  - {name: load}", lidar))
+        record = self.world.records["lidar"]
+        self.clouds = PointChannel(record, Intake("lidar", self.warnings.append), 4000)
+
+    def hear(self, x):
+        """Have a cloud of a wall 2 m wide and high arrive, x m before the lidar."""
+        y, z = np.meshgrid(np.linspace(-1.0, 1.0, 41), np.linspace(-1.0, 1.0, 41))
+        message = cloud_message(np.stack([np.full(y.shape, x), y, z], -1).reshape(-1, 3), "")
+        message.header.stamp.sec = self.now // SECOND
+        self.clouds.store(serialize_message(message), 1)
+        limits, world = TimeLimits(now=self.now, max_age=5 * SECOND, max_lead=SECOND), self.world
+        with world.lock:
+            grid = world.clouds["camera"]
+            assert apply_kept(self.clouds, self.clouds.record, lambda: grid, limits) is not None
+            world.commit((), 1, (), {"camera"})
+
+
+def test_clouds_fill_the_same_grid_by_their_rays(tmp_path):
+    """Free before the wall that a lidar sees, occupied there; its rays begin at its own frame."""
+    looking = LookingWithLidar(tmp_path)
+    looking.hear(1.05)
     assert looking.at(1.55, 0.05, 0.05) == FREE
     assert looking.at(2.05, 0.05, 0.05) == OCCUPIED
     assert looking.at(2.35, 0.05, 0.05) == looking.at(1.05, 0.95, 0.05) == UNKNOWN
-    assert channel.newest["voxels hit by it"] == (looking.voxels() == OCCUPIED).sum()
+    assert looking.clouds.newest["voxels hit by it"] == (looking.voxels() == OCCUPIED).sum()
     # An image that sees through the wall's place clears it.
     looking.now += SECOND
     assert looking.see(3.0, stamp=looking.now)
     assert looking.at(2.05, 0.05, 0.05) == FREE
+    assert looking.warnings == []
+
+
+def test_what_a_sensor_of_another_source_saw_goes_with_it(tmp_path):
+    """Where a source is removed all is unknown that it told last; the others' voxels stay."""
+    looking = LookingWithLidar(tmp_path)
+    depth = np.full((60, 60), np.nan)
+    depth[:, :30] = 1.0
+    looking.hear(1.25)
+    before = looking.voxels()
+    looking.now += SECOND
+    assert looking.see(depth, stamp=looking.now)
+    both = looking.voxels()
+    seen_by_both = before != both  # on one side the image ends before the lidar's wall
+    assert looking.at(2.05, 0.15, 0.05) == looking.at(2.25, -0.15, 0.05) == OCCUPIED
+    world = looking.world
+    world.edit(lambda edit: edit.remove_source(edit.records["lidar"]))
+    left = looking.voxels()
+    assert looking.at(2.25, -0.15, 0.05) == looking.at(2.05, -0.15, 0.05) == UNKNOWN
+    assert looking.at(2.05, 0.15, 0.05) == OCCUPIED
+    assert looking.at(1.55, 0.15, 0.05) == FREE
+    assert seen_by_both.sum() > 20
+    assert (left[seen_by_both] == both[seen_by_both]).all()
+    assert (left[left != UNKNOWN] == both[left != UNKNOWN]).all()
+    assert ((left == UNKNOWN) & (both != UNKNOWN)).sum() > 100
+    # The grid's own sensor goes on, and what it saw stays when other sources go.
+    looking.now += SECOND
+    assert looking.see(1.25, stamp=looking.now)
+    assert looking.at(2.25, -0.15, 0.05) == OCCUPIED
+    seen = looking.voxels()
+    world.edit(lambda edit: edit.remove_source(edit.records["load"]))
+    assert (looking.voxels() == seen).all()
     assert looking.warnings == []
 
 

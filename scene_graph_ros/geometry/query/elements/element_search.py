@@ -17,13 +17,23 @@ from scene_graph_ros.geometry.query.elements.element_places import measure_of
 from scene_graph_ros.geometry.query.elements.nearest import just_above, NONE
 from scene_graph_ros.geometry.spatial.vectors import add, dot, rotate, rotate_inverse, subtract
 
-__all__ = ["CELLS", "PLANES", "Found", "least_cell", "measured", "nothing_yet", "plane_of", "put"]
+__all__ = [
+    "CELLS",
+    "PLANES",
+    "SLACK",
+    "Found",
+    "least_cell",
+    "measured",
+    "nothing_yet",
+    "plane_of",
+    "put",
+]
 
 CELLS = 64
 """Elements, or pairs of them, that are bounded together."""
 PLANES = 4
 """Directions that are kept: the last ones."""
-_SLACK = 4e-14
+SLACK = 4e-14
 """Of the lengths of a pair: nearer than this by rounding alone is not nearer."""
 _UNIT = 1e-9
 """How far the square of a unit vector may be from one."""
@@ -65,7 +75,7 @@ def measured(places, row, j, X_FB, p_FA, found, element, length, tolerance):
     phi, a, b, nhat, gap = _pair_distance(measure_of(places), arguments)
     if phi < found.phi and gap < math.inf:
         reach = abs(phi) if phi < math.inf else 0.0
-        worth = phi - _SLACK * (length + reach)
+        worth = phi - SLACK * (length + reach)
         found = Found(phi, add(a, p_FA), add(b, p_FA), nhat, gap, element, worth)
     return found, nhat
 
@@ -83,12 +93,15 @@ def plane_of(table, j, R_FB, nhat):
 
 
 @inlined_kernel
-def put(planes, kept, plane):
-    """Keep a plane; ``kept`` is how many there are, and which is replaced next."""
+def put(planes, kept, plane, fixed):
+    """Keep a plane; ``kept`` is how many there are, and which is replaced next.
+
+    The first ``fixed`` of them stay.
+    """
     at = kept[1]
     for k in range(4):
         planes[at, k] = plane[k]
-    kept[0], kept[1] = min(kept[0] + 1, PLANES), (at + 1) % PLANES
+    kept[0], kept[1] = max(kept[0], at + 1), fixed + (at + 1 - fixed) % PLANES
 
 
 @inlined_kernel

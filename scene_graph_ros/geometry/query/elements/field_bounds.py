@@ -1,6 +1,6 @@
 """How near prisms of a height field may be to a shape, at least: for a row of eight nodes in step.
 
-A node is a cell of the grid (level 0), or a block of 8 x 8 nodes of the level below. Two kinds of
+A node is a block of 8 x 8 cells (level 1), or of 8 x 8 nodes of the level below. Two kinds of
 bounds are there: of the box around a node against the shape's own box (``covers``), and along a
 direction m in which the shape is known to begin at ``m . x = h`` (a plane, from the shape's origin
 on): below it a node reaches as far as its highest corner.
@@ -68,12 +68,6 @@ def nodes_of_row(grid, level, i, j):
     x_upper = x_of(grid, smaller((columns + 1.0) * wide, np.float64(cols)))
     y_lower = y_of(grid, i * width)
     y_upper = y_of(grid, min((i + 1) * width, grid.counts[0, 0]))
-    if level == 0:
-        at = i * (cols + 1) + j
-        below = larger(load_lanes(grid.heights, at), load_lanes(grid.heights, at + 1))
-        at += cols + 1
-        above = larger(load_lanes(grid.heights, at), load_lanes(grid.heights, at + 1))
-        return x_lower, x_upper, y_lower, y_upper, larger(below, above)
     top = load_lanes(grid.tops, grid.starts[level - 1] + i * grid.counts[level, 1] + j)
     return x_lower, x_upper, y_lower, y_upper, top
 
@@ -95,23 +89,11 @@ def box_bounds(grid, row, cover):
 
 
 @inlined_kernel
-def below_plane(grid, level, i, j, row, p, plane):
+def below_plane(grid, row, p, plane):
     """Return lower bounds of the same along a direction: plane (x, y, z, h) from p on."""
     x_lower, x_upper, y_lower, y_upper, top = row
     mx, my, mz, h = plane
-    if level > 0 or not mz > 0.0:
-        x = larger(mx * (x_lower - p[0]), mx * (x_upper - p[0]))
-        y = max(my * (y_lower - p[1]), my * (y_upper - p[1]))
-        z = larger(mz * (top - p[2]), mz * (grid.numbers[FLOOR] - p[2]))
-        return h - (x + y + z)
-    at, cols = i * (grid.counts[0, 1] + 1) + j, grid.counts[0, 1] + 1
-    left, right = mx * (x_lower - p[0]), mx * (x_upper - p[0])
-    front = larger(
-        left + mz * (load_lanes(grid.heights, at) - p[2]),
-        right + mz * (load_lanes(grid.heights, at + 1) - p[2]),
-    ) + my * (y_lower - p[1])
-    back = larger(
-        left + mz * (load_lanes(grid.heights, at + cols) - p[2]),
-        right + mz * (load_lanes(grid.heights, at + cols + 1) - p[2]),
-    ) + my * (y_upper - p[1])
-    return h - larger(front, back)
+    x = larger(mx * (x_lower - p[0]), mx * (x_upper - p[0]))
+    y = max(my * (y_lower - p[1]), my * (y_upper - p[1]))
+    z = larger(mz * (top - p[2]), mz * (grid.numbers[FLOOR] - p[2]))
+    return h - (x + y + z)

@@ -144,7 +144,7 @@ def _keep_plane(search, nhat, node, width):
     is_plane, plane = plane_of(borrowed_table(search.places), search.j, R_FB, nhat)
     if not is_plane:
         return
-    put(search.planes, search.kept, plane)
+    put(search.planes, search.kept, plane, 0)
     for row in range(LANES):
         bounds = _beyond_plane(_middles(node, row, width, p_FB), 0.5 * width, plane)
         known = load_lanes(search.cells, LANES * row)
