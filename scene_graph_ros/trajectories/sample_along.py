@@ -12,7 +12,7 @@ from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomia
 from scene_graph_ros.trajectories.retimer import Retimer, TimeOptimalRetimer
 from scene_graph_ros.trajectories.sampling import gentler, sample, Sampled
 
-__all__ = ["sample_along"]
+__all__ = ["averages", "sample_along"]
 
 _PARTS = (0.5, 0.7, 1.0)
 """Of a rise time that is certainly enough: what is tried."""
@@ -60,8 +60,15 @@ def sample_along(
         _judge(found, path, limits, rise_time)
         return found
     if limits.jerks is None:
-        return sample(own.motion(path, gentler(limits)), limits, rise_time=rise_time)
+        return sample(own.motion(path, gentler(path, limits)), limits, rise_time=rise_time)
     return sample_jerk_limited(path, _risen(limits, rise_time), fineness=own.fineness)
+
+
+def averages(limits: MotionLimits, rise_time: float, retimer: Retimer) -> bool:
+    """Tell whether each moment of a motion of `sample_along` is the mean of a while around it."""
+    if limits.jerks is None or retimer.keeps_jerks:
+        return rise_time > 0.0
+    return not isinstance(retimer, TimeOptimalRetimer)
 
 
 def _by_another(
@@ -69,7 +76,7 @@ def _by_another(
 ) -> Sampled:
     """Return points of the motion of a retimer that is not ours."""
     if limits.jerks is None:
-        return sample(retimer.motion(path, gentler(limits)), limits, rise_time=rise_time)
+        return sample(retimer.motion(path, gentler(path, limits)), limits, rise_time=rise_time)
     if retimer.keeps_jerks:
         motion = retimer.motion(path, limits)
         return sample(motion, limits, rise_time=rise_time, with_accelerations=True)
@@ -109,7 +116,7 @@ def _between(
     for turn in range(_TRIES):
         within = _narrowed(limits, factor, ends)
         if limits.jerks is None:
-            motion = retimer.motion_between(path, gentler(within), ends)
+            motion = retimer.motion_between(path, gentler(path, within), ends)
             found = sample(motion, limits, ends=ends)
         else:
             try:
@@ -150,7 +157,7 @@ def _mean(
     """
     assert limits.jerks is not None
     enough = 2.0 * float((limits.accelerations / limits.jerks).max())
-    motion = retimer.motion(path, gentler(limits))
+    motion = retimer.motion(path, gentler(path, limits))
     tried = (
         sample(motion, limits, rise_time=seconds)
         for seconds in sorted({max(rise_time, part * enough) for part in _PARTS})

@@ -11,8 +11,13 @@ from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisi
 from scene_graph_ros.planning.constraints.link_constraints import LinkConstraint
 from scene_graph_ros.planning.edges.edge_stretches import FREE
 from scene_graph_ros.planning.parallel.stoppable import Turns
+from scene_graph_ros.planning.timing.deviations import far_pieces, too_far
 from scene_graph_ros.planning.timing.leading_part import led_out, parts_of
-from scene_graph_ros.planning.timing.path_options import PathOptions, with_options
+from scene_graph_ros.planning.timing.path_options import (
+    of_moving_positions,
+    PathOptions,
+    with_options,
+)
 from scene_graph_ros.planning.timing.rounded_path import RoundedPath
 from scene_graph_ros.planning.timing.timing_problem import (
     as_timed_path,
@@ -38,6 +43,9 @@ from scene_graph_ros.trajectories.sampling import Sampled, SHORTEST
 from scene_graph_ros.trajectories.trajectory_points import TrajectoryPoints
 
 __all__ = ["prove_part", "prove_trajectory", "time_path"]
+
+_SLOWER = 1.001
+"""Times the duration with rests at all corners: motions that take longer had better rest."""
 
 
 def time_path(
@@ -109,6 +117,7 @@ def time_path(
     )
     problem = with_options(problem, asked)
     problem = problem._replace(start_tolerance=max(float(start_tolerance), 0.0))
+    problem = of_moving_positions(problem)
     parts = parts_of(problem, free_from)
     return in_turns(
         lambda turns: led_out(parts, [_timed(part, turns) for part in parts.problems]),
@@ -181,7 +190,7 @@ def _judged(problem: TimingProblem, points: TrajectoryPoints, turns: Turns) -> T
     """Return whether the curve through points is within limits and free."""
     own = points.of(problem.rows)
     trajectory = own.trajectory()
-    excess = rate_or_position_excess(problem, trajectory)
+    excess = rate_or_position_excess(problem, own, trajectory)
     if excess is not None:
         return beyond_limit(problem, excess)
     return _free(problem, own, trajectory, turns)
@@ -207,7 +216,26 @@ def _timed(problem: TimingProblem, turns: Turns) -> TimedPath:
     try:
         return _retimed(problem, turns)
     except RetimingError as error:
-        return not_retimed(error)
+        return not_retimed(f"{error}{_moving_ends(problem)}")
+
+
+def _moving_ends(problem: TimingProblem) -> str:
+    """Return words about how a trajectory is to begin and end: the joint that stops last."""
+    limits, words = problem.limits, ""
+    for where, rates in (("at 0 s", problem.start), ("at the end", problem.end)):
+        if rates.is_rest:
+            continue
+        velocity, acceleration = rates
+        own = velocity if velocity.any() else acceleration
+        row = int(np.argmax(np.abs(own) / limits.accelerations))
+        words += (
+            f"; {where} the velocity of {limits.name(row)!r} is {velocity[row]:.6g}, of at most"
+            f" {limits.velocities[row]:.6g}, and its acceleration {acceleration[row]:.6g}, of at"
+            f" most {limits.accelerations[row]:.6g}"
+        )
+        if limits.jerks is not None:
+            words += f", which changes by at most {limits.jerks[row]:.6g} per second"
+    return words
 
 
 def _retimed(problem: TimingProblem, turns: Turns) -> TimedPath:
@@ -222,9 +250,24 @@ def _retimed(problem: TimingProblem, turns: Turns) -> TimedPath:
 
 
 def _along(problem: TimingProblem, rounded: RoundedPath, turns: Turns) -> TimedPath:
-    """Return the trajectory along a path whose corners are rounded as far as it is free."""
+    """Return the trajectory along a path whose corners are rounded as far as it is free.
+
+    With rests at all of them, where it is sooner there so.
+    """
     if rounded.num_points == 1:
         return _at_rest(problem, rounded.points, turns)
+    found = _as_rounded(problem, rounded, turns)
+    if not (found.is_success and problem.start.is_rest and problem.end.is_rest):
+        return found
+    if found.duration > _SLOWER * rounded.duration_with_rests and rounded.rest():
+        rested = _as_rounded(problem, rounded, turns)
+        if rested.is_success and rested.duration < found.duration:
+            return rested
+    return found
+
+
+def _as_rounded(problem: TimingProblem, rounded: RoundedPath, turns: Turns) -> TimedPath:
+    """Return the trajectory along a path whose corners are rounded as far as it is free."""
     is_proven = problem.retimer.stops_at_corners
     if not is_proven:
         rounded.sample_sizes(turns)
@@ -241,8 +284,9 @@ def _along(problem: TimingProblem, rounded: RoundedPath, turns: Turns) -> TimedP
             return beyond_limit(problem, sampled.excess)
         trajectory = sampled.points.trajectory()
         proofs = problem.prove(trajectory.control_points, turns)
-        excess = position_excess(problem, trajectory)
-        if excess is None and (proofs.statuses == FREE).all():
+        excess, far = position_excess(problem, trajectory), far_pieces(problem, trajectory)
+        bad = (proofs.statuses != FREE) | far
+        if excess is None and not bad.any():
             return as_timed_path(problem, sampled.points, trajectory, proofs, rounded.passed())
         if turns.stops.looking[0] != 0:
             return too_late()
@@ -251,9 +295,11 @@ def _along(problem: TimingProblem, rounded: RoundedPath, turns: Turns) -> TimedP
             if rounded.prove_sizes(turns):
                 continue
         times = [] if excess is None else [excess.time]
-        bad = np.flatnonzero(proofs.statuses != FREE)
-        times += (0.5 * (trajectory.breaks[bad] + trajectory.breaks[bad + 1])).tolist()
+        at = np.flatnonzero(bad)
+        times += (0.5 * (trajectory.breaks[at] + trajectory.breaks[at + 1])).tolist()
         if not rounded.shrink(_places(sampled, times)):
+            if far.any() and excess is None:
+                return too_far(problem, trajectory, int(np.argmax(far)))
             return not_free(problem, trajectory, proofs, excess)
 
 
@@ -266,6 +312,8 @@ def _places(sampled: Sampled, times: list[float]) -> NDArray[np.float64]:
 
 def _at_rest(problem: TimingProblem, q: NDArray[np.float64], turns: Turns) -> TimedPath:
     """Return the trajectory that stays where it is, for as short as that can be said."""
+    if not (problem.start.is_rest and problem.end.is_rest):
+        raise RetimingError("the path leads nowhere")
     points = np.repeat(q, 2, axis=0)
     times = np.array([0, round(SHORTEST * 1e9)])
     rates = np.zeros_like(points)
