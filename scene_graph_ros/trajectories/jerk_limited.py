@@ -37,7 +37,7 @@ def sample_jerk_limited(
 
     It rests where the path's direction jumps, and at both ends, unless ``ends`` say how it moves
     there. Limits that it is ``judged_by`` may be wider than those that it is made for. It
-    has ``fineness`` times as many points as by default. Raises TrajectoryError for a motion that
+    has ``fineness`` times as many points as by default. Raises TooLongError for a motion that
     takes too long for a message.
     """
     pieces = smooth_pieces(path)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from scene_graph_ros.trajectories.errors import RetimingError, TrajectoryError
+from scene_graph_ros.trajectories.errors import RetimingError, TooLongError, TrajectoryError
 from scene_graph_ros.trajectories.jerk_limited import sample_jerk_limited
 from scene_graph_ros.trajectories.motion_ends import AT_REST, MotionEnds
 from scene_graph_ros.trajectories.motion_limits import MotionLimits
@@ -56,8 +56,12 @@ def sample_along(
             )
         return _between(path, limits, own, ends)
     if own is None:
-        found = _by_another(path, limits, rise_time, retimer)
+        try:
+            found = _by_another(path, limits, rise_time, retimer)
+        except TooLongError:
+            found = None
         _judge(found, path, limits, rise_time)
+        assert found is not None
         return found
     if limits.jerks is None:
         return sample(own.motion(path, gentler(path, limits)), limits, rise_time=rise_time)
@@ -84,14 +88,18 @@ def _by_another(
 
 
 def _judge(
-    found: Sampled, path: PiecewisePolynomial, limits: MotionLimits, rise_time: float
+    found: Sampled | None, path: PiecewisePolynomial, limits: MotionLimits, rise_time: float
 ) -> None:
-    """Raise RetimingError where a motion of another retimer takes very much longer than ours."""
-    duration = found.points.duration
+    """Raise RetimingError where a motion of another retimer takes very much longer than ours.
+
+    None takes too long for a message. Raises TooLongError where ours does.
+    """
+    duration = np.inf if found is None else found.points.duration
+    words = "more than 1e+09" if found is None else f"{duration:.6g}"
     ours = sample_along(path, limits, rise_time=rise_time, retimer=TimeOptimalRetimer())
     if duration > _LONGER * ours.points.duration:
         raise RetimingError(
-            f"the retimer's motion would take {duration:.6g} s within the limits, where"
+            f"the retimer's motion would take {words} s within the limits, where"
             f" {ours.points.duration:.6g} s are enough"
         )
 

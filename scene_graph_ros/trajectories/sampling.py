@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.trajectories.errors import TrajectoryError
+from scene_graph_ros.trajectories.errors import TooLongError
 from scene_graph_ros.trajectories.limit_rounding import RATE_ROUNDING
 from scene_graph_ros.trajectories.motion_ends import AT_REST, MotionEnds
 from scene_graph_ros.trajectories.motion_limits import (
@@ -20,6 +20,7 @@ from scene_graph_ros.trajectories.path_parameterized_trajectory import (
     PathParameterizedTrajectory,
 )
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
+from scene_graph_ros.trajectories.straight_motion import least_duration
 from scene_graph_ros.trajectories.trajectory_points import TrajectoryPoints
 
 __all__ = ["SHORTEST", "Sampled", "States", "gentler", "sample", "shortest_step", "slowed"]
@@ -123,12 +124,12 @@ def slowed(
 
     ``states_at`` gives its states at whole nanoseconds, so many times slower than it is. After so
     many ``rounds`` the rest of the excess is returned, with a factor that may do. Raises
-    TrajectoryError for a motion that takes too long for a message.
+    TooLongError for a motion that takes too long for a message.
     """
     for turn in range(rounds):
         rounded = np.rint(times * factor * 1e9)
         if not rounded[-1] <= _LONGEST * 1e9:
-            raise TrajectoryError(f"the trajectory would take more than {_LONGEST:g} s")
+            raise _too_long(motion_of().path, limits)
         nanoseconds = rounded.astype(np.int64)
         states = states_at(nanoseconds, factor)
         if not (np.diff(nanoseconds) > 0).all():
@@ -142,6 +143,21 @@ def slowed(
         factor *= worst.ratio ** (1.0 / _ORDERS[worst.kind]) * (1.0 + _SPARE * 2.0**turn)
     points = TrajectoryPoints(nanoseconds, *states)
     return Sampled(points, worst, factor, motion_of, rise_time)
+
+
+def _too_long(path: PiecewisePolynomial, limits: MotionLimits) -> TooLongError:
+    """Return the error that names the entry that takes longest by itself."""
+    ways = np.abs(np.diff(path.control_points, axis=1)).sum(axis=(0, 1))
+    times = [least_duration(each, limits) for each in np.diag(ways)]
+    row = int(np.argmax(times))
+    kinds = {"velocities": limits.velocities, "accelerations": limits.accelerations}
+    if limits.jerks is not None:
+        kinds["jerks"] = limits.jerks
+    most = ", ".join(f"{kind} up to {each[row]:.4g}" for kind, each in kinds.items())
+    return TooLongError(
+        f"the trajectory would take more than {_LONGEST:g} s: {limits.name(row)!r} moves by"
+        f" {ways[row]:.4g}, with {most}, which take {times[row]:.4g} s at least"
+    )
 
 
 def sample(
@@ -165,7 +181,7 @@ def sample(
     limits.
 
     Where the motion stops on its way, it waits for the ``rise_time``: so it stays on its path.
-    Raises TrajectoryError for a motion that takes too long for a message.
+    Raises TooLongError for a motion that takes too long for a message.
     """
     shortest = shortest_step(motion.path, limits)
     if rise_time > 0.0:

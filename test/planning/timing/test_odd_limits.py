@@ -9,7 +9,7 @@ import pytest
 from robot_scenes import diagram
 
 from scene_graph_ros.planning import SceneGraphCollisionChecker, time_path, TimingFailure
-from scene_graph_ros.planning.trajectories import find_excess, MotionLimits
+from scene_graph_ros.planning.trajectories import find_excess, MotionLimits, TrajectoryError
 
 JOINT = """<link name="l{i}"/><joint name="j{i}" type="prismatic"><parent link="{parent}"/>
   <child link="l{i}"/><axis xyz="{axis}"/><limit lower="-99" upper="99" velocity="1"/></joint>"""
@@ -215,3 +215,26 @@ def test_no_way_takes_longer_than_with_rests_at_all_its_points(stage, jerks):
         assert timed.is_success, timed.reason
         assert exact_ratios(timed.points, most) <= 1.0 + 1e-9 if seed < 3 else True
         assert timed.duration <= 1.002 * with_rests(path, most) + 1e-5
+
+
+@pytest.mark.parametrize("jerks", [None, 1.0])
+def test_what_takes_too_long_names_its_joint(stage, jerks):
+    """1 m at 1e-10 m/s; another one would be there at once."""
+    most = limits([1e-10, 1.0, 1.0, 1.0], 1.0, jerks)
+    words = "more than 1e\\+09 s: 'j0' moves by 1, with velocities up to 1e-10, acc.* 1e\\+10 s"
+    path = np.array([[0.0, 0.0, 0.0, 0.0], [1.0, 2.0, 0.0, 0.0]])
+    with pytest.raises(TrajectoryError, match=words):
+        time_path(stage, path, most)
+
+
+def test_a_retimer_whose_motion_takes_too_long_is_not_believed(stage):
+    """It is made slower until limits of jerk hold, where ours takes a second and a half."""
+    pytest.importorskip("toppra")
+    path = np.array([[0.0, 0.0, 0.0, 0.0], [1.0, 1e-9, 0.0, 0.0]])
+    most = limits([1.0, 1e5, 1.0, 1.0], [4.0, 1e8, 1.0, 1.0], [1e3, 1e-9, 1.0, 1.0])
+    ours = time_path(stage, path, most)
+    assert ours.is_success and ours.duration < 1e3
+    theirs = time_path(stage, path, most, retimer="toppra")
+    assert theirs.failure is TimingFailure.NOT_RETIMED
+    assert theirs.reason.startswith("the retimer's motion would take ")
+    assert f"where {ours.duration:.6g} s are enough" in theirs.reason
