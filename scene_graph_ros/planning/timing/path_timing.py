@@ -12,13 +12,14 @@ from scene_graph_ros.planning.constraints.link_constraints import LinkConstraint
 from scene_graph_ros.planning.edges.edge_stretches import FREE
 from scene_graph_ros.planning.parallel.stoppable import Turns
 from scene_graph_ros.planning.timing.deviations import far_pieces, too_far
-from scene_graph_ros.planning.timing.leading_part import led_out, parts_of
+from scene_graph_ros.planning.timing.leading_part import joined, led_out, parts_of
 from scene_graph_ros.planning.timing.path_options import (
     of_moving_positions,
     PathOptions,
     with_options,
 )
 from scene_graph_ros.planning.timing.rounded_path import RoundedPath
+from scene_graph_ros.planning.timing.stopping_first import stopping_first
 from scene_graph_ros.planning.timing.timing_problem import (
     as_timed_path,
     beyond_limit,
@@ -43,6 +44,9 @@ from scene_graph_ros.trajectories.sampling import Sampled, SHORTEST
 from scene_graph_ros.trajectories.trajectory_points import TrajectoryPoints
 
 __all__ = ["prove_part", "prove_trajectory", "time_path"]
+
+_DETOUR = 1.1
+"""Times the duration of a motion that stops off its path: one that takes longer had better."""
 
 _SLOWER = 1.001
 """Times the duration with rests at all corners: motions that take longer had better rest."""
@@ -90,6 +94,8 @@ def time_path(
 
     It begins and ends at rest, or with velocities and accelerations ``(nq,)``; those that are not
     along the first and the last edge take it off these, and accelerations need limits of jerk.
+    Where that finds nothing, or only what takes longer, it stops in line first, and goes on from
+    there: on the first edge, or off it where no ``deviation`` is given.
 
     ``retimer`` names the method that finds the speed along the path. ``"time_optimal"`` is our
     own, whose ``grid_points`` (default 32) are stretches of each corner with one speedup each:
@@ -155,7 +161,9 @@ def prove_trajectory(
         if rates is not None:
             _demand_rest(problem, name, rates)
     count = len(points.positions)
-    return in_turns(lambda turns: _judged(problem, points, turns), count, timeout, watch)
+    return in_turns(
+        lambda turns: _judged(problem, points.of(problem.rows), turns), count, timeout, watch
+    )
 
 
 def prove_part(
@@ -186,9 +194,8 @@ def _demand_rest(problem: TimingProblem, name: str, rates: NDArray[np.float64]) 
         raise TrajectoryError(f"{name} of position {which!r} must be 0, as it has no limits")
 
 
-def _judged(problem: TimingProblem, points: TrajectoryPoints, turns: Turns) -> TimedPath:
-    """Return whether the curve through points is within limits and free."""
-    own = points.of(problem.rows)
+def _judged(problem: TimingProblem, own: TrajectoryPoints, turns: Turns) -> TimedPath:
+    """Return whether the curve through points of all that moves is within limits and free."""
     trajectory = own.trajectory()
     excess = rate_or_position_excess(problem, own, trajectory)
     if excess is not None:
@@ -212,7 +219,40 @@ def _free(
 
 
 def _timed(problem: TimingProblem, turns: Turns) -> TimedPath:
-    """Return the trajectory; told to stop, or where a retimer finds none, why."""
+    """Return the trajectory; told to stop, or where a retimer finds none, why.
+
+    One that begins or ends moving stops there, where nothing else is found, or only what takes
+    longer.
+    """
+    found = _on_path(problem, turns)
+    if problem.start.is_rest and problem.end.is_rest:
+        return found
+    stopping = stopping_first(problem)
+    if stopping is None or turns.stops.looking[0] != 0:
+        return found
+    if found.is_success and found.duration <= _DETOUR * stopping.longest:
+        return found
+    parts = [
+        _stop(problem, stopping.lead, turns),
+        _on_path(stopping.between, turns),
+        _stop(problem, stopping.tail, turns),
+    ]
+    tried = [each for each in parts if each is not None]
+    if not all(each.is_success for each in tried):
+        return found
+    whole = joined(tried)
+    return found if found.is_success and found.duration <= whole.duration else whole
+
+
+def _stop(
+    problem: TimingProblem, points: TrajectoryPoints | None, turns: Turns
+) -> TimedPath | None:
+    """Return a stop, if it is within limits and free; None where there is none."""
+    return None if points is None else _judged(problem, points, turns)
+
+
+def _on_path(problem: TimingProblem, turns: Turns) -> TimedPath:
+    """Return the trajectory along a path; told to stop, or where a retimer finds none, why."""
     try:
         return _retimed(problem, turns)
     except RetimingError as error:
