@@ -149,6 +149,8 @@ def _within(path: PiecewisePolynomial, states: PathStates, limits: MotionLimits)
         float((np.abs(a) / limits.accelerations).max()) ** 0.5,
         float((np.abs(jerks) / limits.jerks).max()) ** (1.0 / 3.0),
     )
+    if factor == 0.0:
+        return states
     return PathStates(
         states.times * factor,
         states.s,

@@ -23,7 +23,17 @@ from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomia
 from scene_graph_ros.trajectories.straight_motion import least_duration
 from scene_graph_ros.trajectories.trajectory_points import TrajectoryPoints
 
-__all__ = ["SHORTEST", "Sampled", "States", "gentler", "sample", "shortest_step", "slowed"]
+__all__ = [
+    "LONGEST",
+    "SHORTEST",
+    "Sampled",
+    "States",
+    "gentler",
+    "sample",
+    "shortest_step",
+    "slowed",
+    "too_long",
+]
 
 SHORTEST = 3e-6
 """s, between two points: in less, rounding of positions and times alone would be accelerations."""
@@ -56,7 +66,7 @@ _EXCESS = 5e-4
 _PARTS = 16
 """Of the time between two points whose cubic is faster than that, at most."""
 
-_LONGEST = 1e9
+LONGEST = 1e9
 """s: what takes longer has no time in a message."""
 
 _GAUSS = (
@@ -128,8 +138,8 @@ def slowed(
     """
     for turn in range(rounds):
         rounded = np.rint(times * factor * 1e9)
-        if not rounded[-1] <= _LONGEST * 1e9:
-            raise _too_long(motion_of().path, limits)
+        if not rounded[-1] <= LONGEST * 1e9:
+            raise too_long(motion_of().path, limits)
         nanoseconds = rounded.astype(np.int64)
         states = states_at(nanoseconds, factor)
         if not (np.diff(nanoseconds) > 0).all():
@@ -145,7 +155,7 @@ def slowed(
     return Sampled(points, worst, factor, motion_of, rise_time)
 
 
-def _too_long(path: PiecewisePolynomial, limits: MotionLimits) -> TooLongError:
+def too_long(path: PiecewisePolynomial, limits: MotionLimits) -> TooLongError:
     """Return the error that names the entry that takes longest by itself."""
     ways = np.abs(np.diff(path.control_points, axis=1)).sum(axis=(0, 1))
     times = [least_duration(each, limits) for each in np.diag(ways)]
@@ -155,7 +165,7 @@ def _too_long(path: PiecewisePolynomial, limits: MotionLimits) -> TooLongError:
         kinds["jerks"] = limits.jerks
     most = ", ".join(f"{kind} up to {each[row]:.4g}" for kind, each in kinds.items())
     return TooLongError(
-        f"the trajectory would take more than {_LONGEST:g} s: {limits.name(row)!r} moves by"
+        f"the trajectory would take more than {LONGEST:g} s: {limits.name(row)!r} moves by"
         f" {ways[row]:.4g}, with {most}, which take {times[row]:.4g} s at least"
     )
 
@@ -195,7 +205,7 @@ def sample(
     def states(nanoseconds: NDArray[np.int64], factor: float) -> States:
         return _states(motion, nanoseconds, factor, rise_time, with_accelerations, ends)
 
-    if rise_time == 0.0 and not with_accelerations and times[-1] <= _LONGEST:
+    if rise_time == 0.0 and not with_accelerations and times[-1] <= LONGEST:
         whole = np.rint(times * 1e9).astype(np.int64)
         times = _denser(times, states(whole, 1.0), limits, shortest)
         factor = max(1.0, shortest / float(np.diff(times).min()))

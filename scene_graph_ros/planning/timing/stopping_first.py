@@ -18,6 +18,7 @@ from scene_graph_ros.trajectories.motion_ends import EndRates
 from scene_graph_ros.trajectories.motion_limits import MotionLimits
 from scene_graph_ros.trajectories.straight_motion import duration_with_rests
 from scene_graph_ros.trajectories.trajectory_points import TrajectoryPoints
+from scene_graph_ros.trajectories.waypoints import rounding_of, telling_points
 
 __all__ = ["Stopping", "stopping_first"]
 
@@ -28,6 +29,9 @@ _ALONG = 1e-9
 
 _SHORTEST = 10_000
 """ns: the shortest phase."""
+
+_LONGEST = 1e6
+"""s: who needs longer to stop had better not."""
 
 _SPARE = 1e-9
 """Of the limits: rounding of positions takes no more."""
@@ -57,41 +61,60 @@ def stopping_first(problem: TimingProblem) -> Stopping | None:
     line with it.
     """
     q, rest = problem.path[:, problem.rows], EndRates(*np.zeros((2, len(problem.rows))))
+    # Points on straight edges between others are no ends of these.
+    kept = telling_points(q, rounding_of(q, problem.limits.velocities), problem.through)
+    if len(kept) < 2:
+        return None
+    path, through = problem.path, problem.through.copy()
+    first, last = 0, len(path)
     lead = tail = None
-    middle, through = problem.path, problem.through.copy()
     if not problem.start.is_rest:
         lead = _stop(q[0], problem.start, problem.limits)
-        if not _is_allowed(problem, q, lead.positions[-1]):
+        if lead is None or not _is_allowed(problem, q[kept[:2]], lead.positions[-1]):
             return None
-        middle = np.concatenate([problem.whole(lead.positions[-1:]), middle[1:]])
-        through[0] = False
+        first = int(kept[1])
     if not problem.end.is_rest:
         backward = EndRates(-problem.end.velocity, problem.end.acceleration)
-        tail = _reversed(_stop(q[-1], backward, problem.limits))
-        if not _is_allowed(problem, q[::-1], tail.positions[0]):
+        stop = _stop(q[-1], backward, problem.limits)
+        if stop is None or not _is_allowed(problem, q[kept[:-3:-1]], stop.positions[-1]):
             return None
-        middle = np.concatenate([middle[:-1], problem.whole(tail.positions[:1])])
-        through[-1] = False
-    own = problem._replace(path=middle, through=through, start=rest, end=rest)
+        tail = _reversed(stop)
+        last = int(kept[-2]) + 1
+    rows, marks = [path[first:last]], [through[first:last]]
+    if lead is not None:
+        rows, marks = [problem.whole(lead.positions[-1:]), *rows], [np.zeros(1, np.bool_), *marks]
+    if tail is not None:
+        rows, marks = [*rows, problem.whole(tail.positions[:1])], [*marks, np.zeros(1, np.bool_)]
+    own = problem._replace(
+        path=np.concatenate(rows), through=np.concatenate(marks), start=rest, end=rest
+    )
     return Stopping(lead, own, tail)
 
 
-def _is_allowed(problem: TimingProblem, q: Array, stop: Array) -> bool:
-    """Tell whether a motion may go from the first of some points to where it stops."""
-    leaves = (q != q[0]).any(axis=1)
-    if not leaves.any():
-        return False
-    edge, way = q[np.argmax(leaves)] - q[0], stop - q[0]
+def _is_allowed(problem: TimingProblem, ends: Array, stop: Array) -> bool:
+    """Tell whether a motion may stop there from the first end of an edge ``(2, k)``."""
+    edge, way = ends[1] - ends[0], stop - ends[0]
     row = int(np.argmax(np.abs(edge)))
+    if edge[row] == 0.0:
+        return False
     part = float(way[row] / edge[row])
     if (np.abs(way - part * edge) <= _ALONG * np.abs(way).max()).all() and part > 0.0:
         return part <= 1.0
     return problem.deviation is None
 
 
-def _stop(q: Array, rates: EndRates, limits: MotionLimits) -> TrajectoryPoints:
-    """Return the points of a motion from q ``(k,)`` to rest, at whole nanoseconds."""
+def _stop(q: Array, rates: EndRates, limits: MotionLimits) -> TrajectoryPoints | None:
+    """Return the points of a motion from q ``(k,)`` to rest, at whole nanoseconds.
+
+    None where that takes too long.
+    """
     velocity, acceleration = rates
+    longest = float((np.abs(velocity) / limits.accelerations).max())
+    if limits.jerks is not None:
+        changes = np.abs(acceleration), np.sqrt(limits.jerks * np.abs(velocity))
+        longest += sum(float((each / limits.jerks).max()) for each in changes)
+    if longest > _LONGEST:
+        return None
     times, states = [0], [(q, velocity, acceleration)]
 
     def go(nanoseconds: int, jerk: Array) -> None:

@@ -217,10 +217,13 @@ def test_no_way_takes_longer_than_with_rests_at_all_its_points(stage, jerks):
         assert timed.duration <= 1.002 * with_rests(path, most) + 1e-5
 
 
-@pytest.mark.parametrize("jerks", [None, 1.0])
+@pytest.mark.parametrize("jerks", [None, 1.0, 1e15])
 def test_what_takes_too_long_names_its_joint(stage, jerks):
-    """1 m at 1e-10 m/s; another one would be there at once."""
+    """1 m at 1e-10 m/s; another one would be there at once. Rises may vanish beside that."""
     most = limits([1e-10, 1.0, 1.0, 1.0], 1.0, jerks)
+    back = np.array([[0.0, 0.0, 0.0, 0.0], [0.5, 2.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]])
+    with pytest.raises(TrajectoryError, match="more than 1e\\+09 s: 'j0' moves by 1, with vel"):
+        time_path(stage, back, most)
     words = "more than 1e\\+09 s: 'j0' moves by 1, with velocities up to 1e-10, acc.* 1e\\+10 s"
     path = np.array([[0.0, 0.0, 0.0, 0.0], [1.0, 2.0, 0.0, 0.0]])
     with pytest.raises(TrajectoryError, match=words):
@@ -282,3 +285,37 @@ def test_a_stop_leads_off_its_path_only_where_it_may(stage):
     # Along a path that is long enough it stops on it.
     long = time_path(stage, 8.0 * path, most, deviation=0.0, start_velocity=[1.9, 0.0, 0.0, 0.0])
     assert long.is_success, long.reason
+
+
+@pytest.mark.parametrize("rounding", [np.float64, np.float32])
+@pytest.mark.parametrize("jerks", [None, 10.0])
+def test_points_on_an_edge_are_no_ends_of_it(stage, rounding, jerks):
+    """A motion stops beyond the first of them, and goes on from there."""
+    ends = np.array([[0.0, 0.1, 0.0, 0.0], [3.0, 1.1, 0.3, 0.0], [3.0, 1.1, 1.3, 0.7]])
+    t = np.linspace(0.0, 1.0, 101)[:, np.newaxis]
+    path = np.concatenate([ends[0] + t * (ends[1] - ends[0]), ends[2:]]).astype(rounding)
+    most, velocity = limits(2.0, 2.5, jerks), 0.6 * (ends[1] - ends[0])
+    timed = time_path(stage, path.astype(float), most, start_velocity=velocity)
+    assert timed.is_success, timed.reason
+    assert timed.duration <= with_rests(ends, most) + 1.0
+    # It never goes back.
+    assert timed.points.velocities[:, 0].min() >= -1e-9
+
+
+def test_nowhere_to_go_fast(stage):
+    """Two points that differ by rounding, and a velocity: no number is infinite."""
+    path = np.array([[50.0, 0.0, 0.0, 0.0], [np.nextafter(50.0, 51.0), 0.0, 0.0, 0.0]])
+    for end in ("start", "end"):
+        rates = {f"{end}_velocity": [0.3, 0.0, 0.0, 0.0]}
+        with np.errstate(all="raise", under="ignore"):
+            timed = time_path(stage, path, limits(1.0, 1e-3, 1e-5), **rates)
+        assert timed.failure is TimingFailure.NOT_RETIMED
+
+
+def test_a_stop_that_takes_for_ever_is_none(stage):
+    """The reason has the joint."""
+    path = np.array([[0.0, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]])
+    slow = limits([1.0, 1.0, 1.0, 1.0], [1.0, 1e-12, 1.0, 1.0], None)
+    timed = time_path(stage, path, slow, start_velocity=[0.0, 0.5, 0.0, 0.0])
+    assert not timed.is_success
+    assert "'j1'" in timed.reason
