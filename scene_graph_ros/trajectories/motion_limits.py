@@ -258,19 +258,21 @@ def worst_ratio_of(
 ) -> LimitExcess:
     """Return it of the curve through states ``(m, n)`` at times that `TrajectoryPoints` have.
 
-    That is the larger one of its exact polynomials, and of their control points as they are
-    rounded: positions of short segments far from zero have rates of their rounding.
+    That is of its exact polynomials; where these keep all limits, of their control points as they
+    are rounded: positions of short segments far from zero have rates of their rounding.
     """
     times = nanoseconds.astype(np.float64) * 1e-9
     widths = np.diff(nanoseconds).astype(np.float64) * 1e-9
-    control = np.empty((len(times) - 1, 4 if a is None else 6, q.shape[1]))
-    own = v if a is None else a
     times.setflags(write=False)  # As the breaks of curves are.
-    write_hermite(times, q, v, own, control)
-    rounded = _worst(times, np.diff(times), control, limits)
-    rates = np.empty((len(times) - 1, control.shape[1] - 1, q.shape[1]))
+    own, degree = (v, 3) if a is None else (a, 5)
+    rates = np.empty((len(widths), degree, q.shape[1]))
     write_hermite_rates(widths, q, v, own, rates)
     exact = _worst(times, widths, rates, limits, is_rate=True)
+    if exact.ratio > 1.0 + RATE_ROUNDING:
+        return exact
+    control = np.empty((len(widths), degree + 1, q.shape[1]))
+    write_hermite(times, q, v, own, control)
+    rounded = _worst(times, np.diff(times), control, limits)
     return max(exact, rounded, key=lambda worst: worst.ratio)
 
 

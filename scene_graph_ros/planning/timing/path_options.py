@@ -56,6 +56,8 @@ def of_moving_positions(problem: TimingProblem) -> TimingProblem:
     moves |= (q[0] < tree.lower[rows] - slack) | (q[0] > tree.upper[rows] + slack)
     for rates in (*problem.start, *problem.end):
         moves |= rates != 0.0
+    if moves.all():
+        return problem
     kept = np.flatnonzero(moves)
     own = MotionLimits(
         limits.velocities[kept],
