@@ -4,7 +4,7 @@ import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import kernel
 
-__all__ = ["write_derivatives", "write_hermite"]
+__all__ = ["write_derivatives", "write_hermite", "write_hermite_rates"]
 
 
 @kernel
@@ -63,3 +63,24 @@ def write_hermite(breaks, q, v, a, control):
             control[k, 2, j] = q[k, j] + h * (0.4 * v[k, j] + 0.05 * h * a[k, j])
             control[k, 3, j] = q[k + 1, j] - h * (0.4 * v[k + 1, j] - 0.05 * h * a[k + 1, j])
             control[k, 4, j] = q[k + 1, j] - 0.2 * h * v[k + 1, j]
+
+
+@kernel
+def write_hermite_rates(widths, q, v, a, control):
+    """Write control points ``(p, d, n)`` of the derivatives of polynomials as of `write_hermite`.
+
+    They are made of differences of positions, so that rounding of these does not matter.
+    """
+    count, d, n = control.shape
+    for k in range(count):
+        h = widths[k]
+        for j in range(n):
+            v0, v1 = v[k, j], v[k + 1, j]
+            mean = (q[k + 1, j] - q[k, j]) / h
+            control[k, 0, j], control[k, d - 1, j] = v0, v1
+            if d == 3:
+                control[k, 1, j] = 3.0 * mean - v0 - v1
+                continue
+            before, after = 0.25 * h * a[k, j], 0.25 * h * a[k + 1, j]
+            control[k, 1, j], control[k, 3, j] = v0 + before, v1 - after
+            control[k, 2, j] = 5.0 * mean - 2.0 * (v0 + v1) - (before - after)

@@ -109,25 +109,24 @@ def largest_of_rows(breaks, control, lower, upper, best, bounds, times):
 
 
 @inlined_kernel
-def _differentiate(breaks, control, d):
+def _differentiate(widths, control, d):
     """Write control points of the derivative over those of a curve; return how many there are."""
     count, _, n = control.shape
     degree = d - 1
     for k in range(count):
-        width = breaks[k + 1] - breaks[k]
         for i in range(max(degree, 1)):
             for j in range(n):
                 change = control[k, i + 1, j] - control[k, i, j] if degree else 0.0
-                control[k, i, j] = degree * change / width
+                control[k, i, j] = degree * change / widths[k]
     return max(degree, 1)
 
 
 @inlined_kernel
-def _largest_jump(breaks, control, d, sizes, limits):
+def _largest_jump(widths, control, d, sizes, limits):
     """Return the largest jump between segments, by its limit, its row and its segment."""
     most, row, at = -np.inf, 0, 0
     for k in range(1, control.shape[0]):
-        step = min(breaks[k + 1] - breaks[k], breaks[k] - breaks[k - 1])
+        step = min(widths[k], widths[k - 1])
         for j in range(control.shape[2]):
             jump = abs(control[k, 0, j] - control[k - 1, d - 1, j])
             jump = (jump - _ROUNDING * sizes[j] / (step * step)) / limits[j]
@@ -137,11 +136,13 @@ def _largest_jump(breaks, control, d, sizes, limits):
 
 
 @kernel
-def largest_rate(breaks, control, limits):
+def largest_rate(breaks, widths, control, limits, is_rate):
     """Return the rate that is largest by its limit: order, row, bound of the ratio, and time.
 
     ``limits`` ``(m, n)`` are of the first m derivatives, 2 or 3. Where there is one of the third,
-    and the second jumps, the ratio of the third is infinite. ``control`` is written over.
+    and the second jumps, the ratio of the third is infinite. ``control`` is written over. It is of
+    the curve, or of its first derivative where it ``is_rate``; then the second does not jump.
+    ``widths`` ``(p,)`` are those of the segments, s.
     """
     d, n = control.shape[1:]
     stack, ends = np.empty((_MOST_CUTS + 2, d)), np.empty((_MOST_CUTS + 2, 2))
@@ -153,11 +154,12 @@ def largest_rate(breaks, control, limits):
                 sizes[j] = max(sizes[j], abs(control[k, i, j]))
     order, row, ratio, time = 0, 0, -np.inf, breaks[0]
     for each in range(len(limits)):
-        if each == 2:
-            most, j, k = _largest_jump(breaks, control, d, sizes, limits[1])
+        if each == 2 and not is_rate:
+            most, j, k = _largest_jump(widths, control, d, sizes, limits[1])
             if most > _JUMP:
                 return 3, j, np.inf, breaks[k]
-        d = _differentiate(breaks, control, d)
+        if each > 0 or not is_rate:
+            d = _differentiate(widths, control, d)
         for j in range(n):
             limit = limits[each, j]
             _, bound, at = _largest_of_row(breaks, control, d, j, -limit, limit, scratch)

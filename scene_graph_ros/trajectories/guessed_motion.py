@@ -11,7 +11,7 @@ from scene_graph_ros.trajectories.derivatives_of import derivatives_of
 from scene_graph_ros.trajectories.errors import RetimingError
 from scene_graph_ros.trajectories.motion_limits import MotionLimits
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
-from scene_graph_ros.trajectories.state_kernels import write_averaged, write_evened
+from scene_graph_ros.trajectories.state_kernels import write_averaged, write_evened, write_passed
 
 __all__ = ["PathStates", "guessed_motion"]
 
@@ -47,6 +47,9 @@ _JOINS = 40
 _GENTLE = 0.6
 """Of the limit of jerk: what will do there."""
 
+_FASTEST = 1e150
+"""Squares of larger numbers may be infinite."""
+
 _BACK = 0.2
 """Of the mean speed: what a bound of the speed may be below 0."""
 
@@ -80,19 +83,21 @@ def guessed_motion(
     start: tuple[float, float],
     end: tuple[float, float],
     fineness: float = 1.0,
+    shortest: float = _SHORTEST,
 ) -> PathStates:
     """Return states of a motion with some speed and acceleration at both ends.
 
-    On each part of the path it is as fast as velocities and the path's bends allow; then it is the
-    mean of that over a while, twice. It keeps no limits.
+    On each part of the path it is as fast as velocities and the path's bends allow, and about as
+    fast as accelerations do; then it is the mean of that over a while, twice. It keeps no limits.
+    Between two states are ``shortest`` (s) at least.
     """
-    s, times = _uneven(path, limits)
+    s, times = _passed(path, limits)
     duration = float(times[-1])
     assert limits.jerks is not None
     rise = float((limits.accelerations / limits.jerks).min())
     count = int(max(_FEWEST, min(_MOST, _PER_SEGMENT * path.num_segments)))
     count = int(fineness * np.clip(_RISES * duration / rise, _FEWEST, max(count, _FEWEST)))
-    count = int(np.clip(count, _LEAST, max(duration / _SHORTEST, _LEAST)))
+    count = int(np.clip(count, _LEAST, max(duration / max(shortest, _SHORTEST), _LEAST)))
     ramp = max(_RAMP, 2.0 / count) * duration
     rows = np.empty((3, count + 1))
     write_averaged(s, times, ramp, rows)
@@ -110,7 +115,7 @@ def guessed_motion(
     return states.evened(count)
 
 
-def _uneven(path: PiecewisePolynomial, limits: MotionLimits) -> tuple[Array, Array]:
+def _passed(path: PiecewisePolynomial, limits: MotionLimits) -> tuple[Array, Array]:
     """Return places along a path, and when they are passed at speeds that are even between."""
     low, high = path.breaks[:-1], path.breaks[1:]
     s = np.linspace(low, high, _PARTS, endpoint=False, axis=1).ravel()
@@ -126,7 +131,10 @@ def _uneven(path: PiecewisePolynomial, limits: MotionLimits) -> tuple[Array, Arr
                 np.cbrt(_SHARE * limits.jerks / third).min(axis=1),
             ),
         )
-    return s, np.concatenate([[0.0], (np.diff(s) / speeds).cumsum()])
+        changes = (limits.accelerations / first).min(axis=1)
+    times = np.empty_like(s)
+    write_passed(s, np.minimum(speeds, _FASTEST), np.minimum(changes, _FASTEST), times)
+    return s, times
 
 
 def _within(path: PiecewisePolynomial, states: PathStates, limits: MotionLimits) -> PathStates:
@@ -141,6 +149,8 @@ def _within(path: PiecewisePolynomial, states: PathStates, limits: MotionLimits)
         float((np.abs(a) / limits.accelerations).max()) ** 0.5,
         float((np.abs(jerks) / limits.jerks).max()) ** (1.0 / 3.0),
     )
+    if factor == 0.0:
+        return states
     return PathStates(
         states.times * factor,
         states.s,

@@ -16,7 +16,7 @@ from scene_graph_ros.trajectories.path_parameterized_trajectory import (
     PathParameterizedTrajectory,
 )
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
-from scene_graph_ros.trajectories.sampling import Sampled, slowed, States
+from scene_graph_ros.trajectories.sampling import LONGEST, Sampled, slowed, States, too_long
 from scene_graph_ros.trajectories.smooth_pieces import smooth_pieces
 from scene_graph_ros.trajectories.state_kernels import write_states
 
@@ -37,7 +37,7 @@ def sample_jerk_limited(
 
     It rests where the path's direction jumps, and at both ends, unless ``ends`` say how it moves
     there. Limits that it is ``judged_by`` may be wider than those that it is made for. It
-    has ``fineness`` times as many points as by default. Raises TrajectoryError for a motion that
+    has ``fineness`` times as many points as by default. Raises TooLongError for a motion that
     takes too long for a message.
     """
     pieces = smooth_pieces(path)
@@ -48,6 +48,8 @@ def sample_jerk_limited(
         for piece, own in zip(pieces, pairwise(rates), strict=True)
     ]
     states, rests = _joined([each for each, _ in found])
+    if not states.times[-1] <= LONGEST:
+        raise too_long(path, limits)
     curve = path if path.degree >= LEAST_DEGREE else path.elevate_degree(LEAST_DEGREE)
 
     def states_at(nanoseconds: NDArray[np.int64], factor: float) -> States:

@@ -20,15 +20,16 @@ from scene_graph_ros.trajectories.jerk_limited_kernels import fastest_rates, Row
 from scene_graph_ros.trajectories.motion_limits import MotionLimits
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
 from scene_graph_ros.trajectories.quintic_kernels import set_rows, set_times_and_jerks
-from scene_graph_ros.trajectories.sampling import SHORTEST
+from scene_graph_ros.trajectories.sampling import shortest_step
 from scene_graph_ros.trajectories.straight_motion import straight_states
 
 __all__ = ["fastest_states"]
 
 Array = NDArray[np.float64]
 
-_ROUNDS = 2
-"""How often u becomes the time of the motion that was found."""
+_ROUNDS, _GAIN = 3, 0.99
+"""How often u becomes the time of the motion that was found, and as what part of the duration
+before the next one makes another round worth it."""
 
 _TIGHTENINGS = 2
 """How often limits of jerk are tightened where the quintics exceed them."""
@@ -47,7 +48,7 @@ _FINER = (1.0, 2.0, 4.0)
 segments needs more than others."""
 
 _FIRST, _ROUGH, _LAST = 1.0, 1e-2, 2e-3
-"""Weights of the barrier: the first, and the last ones of earlier rounds and of the last."""
+"""Weights of the barrier: the first, and the last ones of the first round and of later ones."""
 
 _AGAIN = 0.05
 """The first weight where a motion is known that is nearly the best."""
@@ -75,13 +76,14 @@ def fastest_states(
     is too fast between two states, at least 1. Limits must have jerks. Raises RetimingError where
     there is none within the limits, which moving ends can ask for.
     """
+    shortest = shortest_step(path, limits)
     if not (any(start) or any(end)):
-        straight = straight_states(path, limits, SHORTEST)
+        straight = straight_states(path, limits, shortest)
         if straight is not None:
             return straight, 1.0
     ends = _Ends((start[0] > 0.0, end[0] > 0.0), (any(start), any(end)))
     for finer in _FINER:
-        states = guessed_motion(path, limits, start, end, finer * fineness)
+        states = guessed_motion(path, limits, start, end, finer * fineness, shortest)
         found = _fastest_near(states, path, limits, ends)
         if found is not None:
             return found
@@ -96,14 +98,16 @@ def _fastest_near(
 ) -> tuple[PathStates, float] | None:
     """Return states of the fastest motion and its factor, from a guess; None if none is found."""
     for turn in range(_ROUNDS):
-        weight = _LAST if turn == _ROUNDS - 1 else _ROUGH
+        before = float(states.times[-1])
         if turn:
             states = states.evened()
         nodes = _Nodes(path, states, limits, ends)
-        nodes.find(_FIRST if turn == 0 else 2.0 * _AGAIN, weight)
+        nodes.find(_FIRST if turn == 0 else 2.0 * _AGAIN, _ROUGH if turn == 0 else _LAST)
         if nodes.too_fast > _HOPELESS:
             return None
         states = nodes.states()
+        if turn and float(states.times[-1]) > _GAIN * before:
+            break
     moves = any(ends.is_pinned)
     for _ in range(_STRICTER if moves else _TIGHTENINGS):
         if nodes.factor() <= (1.0 if moves else _SLOWER) or not nodes.tighten():

@@ -14,7 +14,7 @@ from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array, whole_array
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.located import suggestion
-from scene_graph_ros.trajectories.curve_kernels import write_hermite
+from scene_graph_ros.trajectories.curve_kernels import write_hermite, write_hermite_rates
 from scene_graph_ros.trajectories.errors import TrajectoryError
 from scene_graph_ros.trajectories.extremes import largest_ratios
 from scene_graph_ros.trajectories.extremes_kernels import largest_rate
@@ -245,30 +245,49 @@ def _limit(name: str, given: ArrayLike | None, size: int) -> NDArray[np.float64]
 
 def worst_ratio(trajectory: PiecewisePolynomial, limits: MotionLimits) -> LimitExcess:
     """Return the velocity, acceleration or jerk that is largest in units of its limit."""
-    return _worst(trajectory.breaks, np.array(trajectory.control_points), limits)
+    breaks = trajectory.breaks
+    return _worst(breaks, np.diff(breaks), np.array(trajectory.control_points), limits)
 
 
 def worst_ratio_of(
-    times: NDArray[np.float64],
+    nanoseconds: NDArray[np.int64],
     q: NDArray[np.float64],
     v: NDArray[np.float64],
     a: NDArray[np.float64] | None,
     limits: MotionLimits,
 ) -> LimitExcess:
-    """Return it of the curve that `TrajectoryPoints` have, with states ``(m, n)`` at ``times``."""
-    control = np.empty((len(times) - 1, 4 if a is None else 6, q.shape[1]))
-    write_hermite(times, q, v, v if a is None else a, control)
+    """Return it of the curve through states ``(m, n)`` at times that `TrajectoryPoints` have.
+
+    That is of its exact polynomials; where these keep all limits, of their control points as they
+    are rounded: positions of short segments far from zero have rates of their rounding.
+    """
+    times = nanoseconds.astype(np.float64) * 1e-9
+    widths = np.diff(nanoseconds).astype(np.float64) * 1e-9
     times.setflags(write=False)  # As the breaks of curves are.
-    return _worst(times, control, limits)
+    own, degree = (v, 3) if a is None else (a, 5)
+    rates = np.empty((len(widths), degree, q.shape[1]))
+    write_hermite_rates(widths, q, v, own, rates)
+    exact = _worst(times, widths, rates, limits, is_rate=True)
+    if exact.ratio > 1.0 + RATE_ROUNDING:
+        return exact
+    control = np.empty((len(widths), degree + 1, q.shape[1]))
+    write_hermite(times, q, v, own, control)
+    rounded = _worst(times, np.diff(times), control, limits)
+    return max(exact, rounded, key=lambda worst: worst.ratio)
 
 
 def _worst(
-    breaks: NDArray[np.float64], control: NDArray[np.float64], limits: MotionLimits
+    breaks: NDArray[np.float64],
+    widths: NDArray[np.float64],
+    control: NDArray[np.float64],
+    limits: MotionLimits,
+    *,
+    is_rate: bool = False,
 ) -> LimitExcess:
     """Return it of polynomials, whose control points are written over."""
     given = (limits.velocities, limits.accelerations, limits.jerks)
     most = np.stack([each for each in given if each is not None])
-    order, row, ratio, time = largest_rate(breaks, control, most)
+    order, row, ratio, time = largest_rate(breaks, widths, control, most, is_rate)
     limit = float(most[order - 1, row])
     return LimitExcess(_KINDS[order - 1], row, ratio * limit, limit, time)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from scene_graph_ros.trajectories.errors import RetimingError, TrajectoryError
+from scene_graph_ros.trajectories.errors import RetimingError, TooLongError, TrajectoryError
 from scene_graph_ros.trajectories.jerk_limited import sample_jerk_limited
 from scene_graph_ros.trajectories.motion_ends import AT_REST, MotionEnds
 from scene_graph_ros.trajectories.motion_limits import MotionLimits
@@ -12,7 +12,7 @@ from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomia
 from scene_graph_ros.trajectories.retimer import Retimer, TimeOptimalRetimer
 from scene_graph_ros.trajectories.sampling import gentler, sample, Sampled
 
-__all__ = ["sample_along"]
+__all__ = ["averages", "sample_along"]
 
 _PARTS = (0.5, 0.7, 1.0)
 """Of a rise time that is certainly enough: what is tried."""
@@ -56,12 +56,23 @@ def sample_along(
             )
         return _between(path, limits, own, ends)
     if own is None:
-        found = _by_another(path, limits, rise_time, retimer)
+        try:
+            found = _by_another(path, limits, rise_time, retimer)
+        except TooLongError:
+            found = None
         _judge(found, path, limits, rise_time)
+        assert found is not None
         return found
     if limits.jerks is None:
-        return sample(own.motion(path, gentler(limits)), limits, rise_time=rise_time)
+        return sample(own.motion(path, gentler(path, limits)), limits, rise_time=rise_time)
     return sample_jerk_limited(path, _risen(limits, rise_time), fineness=own.fineness)
+
+
+def averages(limits: MotionLimits, rise_time: float, retimer: Retimer) -> bool:
+    """Tell whether each moment of a motion of `sample_along` is the mean of a while around it."""
+    if limits.jerks is None or retimer.keeps_jerks:
+        return rise_time > 0.0
+    return not isinstance(retimer, TimeOptimalRetimer)
 
 
 def _by_another(
@@ -69,7 +80,7 @@ def _by_another(
 ) -> Sampled:
     """Return points of the motion of a retimer that is not ours."""
     if limits.jerks is None:
-        return sample(retimer.motion(path, gentler(limits)), limits, rise_time=rise_time)
+        return sample(retimer.motion(path, gentler(path, limits)), limits, rise_time=rise_time)
     if retimer.keeps_jerks:
         motion = retimer.motion(path, limits)
         return sample(motion, limits, rise_time=rise_time, with_accelerations=True)
@@ -77,14 +88,18 @@ def _by_another(
 
 
 def _judge(
-    found: Sampled, path: PiecewisePolynomial, limits: MotionLimits, rise_time: float
+    found: Sampled | None, path: PiecewisePolynomial, limits: MotionLimits, rise_time: float
 ) -> None:
-    """Raise RetimingError where a motion of another retimer takes very much longer than ours."""
-    duration = found.points.duration
+    """Raise RetimingError where a motion of another retimer takes very much longer than ours.
+
+    None takes too long for a message. Raises TooLongError where ours does.
+    """
+    duration = np.inf if found is None else found.points.duration
+    words = "more than 1e+09" if found is None else f"{duration:.6g}"
     ours = sample_along(path, limits, rise_time=rise_time, retimer=TimeOptimalRetimer())
     if duration > _LONGER * ours.points.duration:
         raise RetimingError(
-            f"the retimer's motion would take {duration:.6g} s within the limits, where"
+            f"the retimer's motion would take {words} s within the limits, where"
             f" {ours.points.duration:.6g} s are enough"
         )
 
@@ -109,7 +124,7 @@ def _between(
     for turn in range(_TRIES):
         within = _narrowed(limits, factor, ends)
         if limits.jerks is None:
-            motion = retimer.motion_between(path, gentler(within), ends)
+            motion = retimer.motion_between(path, gentler(path, within), ends)
             found = sample(motion, limits, ends=ends)
         else:
             try:
@@ -150,7 +165,7 @@ def _mean(
     """
     assert limits.jerks is not None
     enough = 2.0 * float((limits.accelerations / limits.jerks).max())
-    motion = retimer.motion(path, gentler(limits))
+    motion = retimer.motion(path, gentler(path, limits))
     tried = (
         sample(motion, limits, rise_time=seconds)
         for seconds in sorted({max(rise_time, part * enough) for part in _PARTS})

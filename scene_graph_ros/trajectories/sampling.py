@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.trajectories.errors import TrajectoryError
+from scene_graph_ros.trajectories.errors import TooLongError
 from scene_graph_ros.trajectories.limit_rounding import RATE_ROUNDING
 from scene_graph_ros.trajectories.motion_ends import AT_REST, MotionEnds
 from scene_graph_ros.trajectories.motion_limits import (
@@ -20,12 +20,32 @@ from scene_graph_ros.trajectories.path_parameterized_trajectory import (
     PathParameterizedTrajectory,
 )
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
+from scene_graph_ros.trajectories.straight_motion import least_duration
 from scene_graph_ros.trajectories.trajectory_points import TrajectoryPoints
 
-__all__ = ["SHORTEST", "Sampled", "States", "gentler", "sample", "slowed"]
+__all__ = [
+    "LONGEST",
+    "SHORTEST",
+    "Sampled",
+    "States",
+    "gentler",
+    "sample",
+    "shortest_step",
+    "slowed",
+    "too_long",
+]
 
 SHORTEST = 3e-6
 """s, between two points: in less, rounding of positions and times alone would be accelerations."""
+
+_NOISE = 20.0 * np.finfo(np.float64).eps
+"""Of positions: what their rounding changes second and third differences by."""
+
+_OF_ACCELERATION, _OF_JERK = 1e-3, 1e-2
+"""Shares of limits that such rounding may take."""
+
+_ALMOST = 0.9
+"""Of that time: how much points are apart that shall be so, in spite of rounding."""
 
 _NEAR = 1e-3
 """Of a rise time: in less, rounding of positions and times alone would be jerk."""
@@ -46,7 +66,7 @@ _EXCESS = 5e-4
 _PARTS = 16
 """Of the time between two points whose cubic is faster than that, at most."""
 
-_LONGEST = 1e9
+LONGEST = 1e9
 """s: what takes longer has no time in a message."""
 
 _GAUSS = (
@@ -57,9 +77,24 @@ _GAUSS = (
 """Places and weights that integrate up to degree 5 exactly (Gauss and Legendre)."""
 
 
-def gentler(limits: MotionLimits) -> MotionLimits:
+def shortest_step(path: PiecewisePolynomial, limits: MotionLimits) -> float:
+    """Return the least time between two points on a path, s.
+
+    In less, rounding of positions alone would be a part of the limits that counts.
+    """
+    points = path.control_points
+    noise = np.where(np.ptp(points, axis=(0, 1)) > 0.0, np.abs(points).max(axis=(0, 1)), 0.0)
+    noise *= _NOISE
+    least = max(SHORTEST, float((noise / limits.accelerations).max() / _OF_ACCELERATION) ** 0.5)
+    if limits.jerks is not None:
+        least = max(least, float(np.cbrt((noise / limits.jerks).max() / _OF_JERK)))
+    return least
+
+
+def gentler(path: PiecewisePolynomial, limits: MotionLimits) -> MotionLimits:
     """Return limits with which no full speed comes sooner than there can be a point."""
-    accelerations = np.minimum(limits.accelerations, limits.velocities / SHORTEST)
+    shortest = shortest_step(path, limits)
+    accelerations = np.minimum(limits.accelerations, limits.velocities / shortest)
     return MotionLimits(limits.velocities, accelerations, limits.names)
 
 
@@ -99,18 +134,17 @@ def slowed(
 
     ``states_at`` gives its states at whole nanoseconds, so many times slower than it is. After so
     many ``rounds`` the rest of the excess is returned, with a factor that may do. Raises
-    TrajectoryError for a motion that takes too long for a message.
+    TooLongError for a motion that takes too long for a message.
     """
     for turn in range(rounds):
         rounded = np.rint(times * factor * 1e9)
-        if not rounded[-1] <= _LONGEST * 1e9:
-            raise TrajectoryError(f"the trajectory would take more than {_LONGEST:g} s")
+        if not rounded[-1] <= LONGEST * 1e9:
+            raise too_long(motion_of().path, limits)
         nanoseconds = rounded.astype(np.int64)
         states = states_at(nanoseconds, factor)
         if not (np.diff(nanoseconds) > 0).all():
             break
-        seconds = nanoseconds.astype(np.float64) * 1e-9
-        worst = worst_ratio_of(seconds, *states, limits)
+        worst = worst_ratio_of(nanoseconds, *states, limits)
         if worst.ratio <= 1.0 + RATE_ROUNDING:
             points = TrajectoryPoints(nanoseconds, *states)
             return Sampled(points, None, factor, motion_of, rise_time)
@@ -119,6 +153,21 @@ def slowed(
         factor *= worst.ratio ** (1.0 / _ORDERS[worst.kind]) * (1.0 + _SPARE * 2.0**turn)
     points = TrajectoryPoints(nanoseconds, *states)
     return Sampled(points, worst, factor, motion_of, rise_time)
+
+
+def too_long(path: PiecewisePolynomial, limits: MotionLimits) -> TooLongError:
+    """Return the error that names the entry that takes longest by itself."""
+    ways = np.abs(np.diff(path.control_points, axis=1)).sum(axis=(0, 1))
+    times = [least_duration(each, limits) for each in np.diag(ways)]
+    row = int(np.argmax(times))
+    kinds = {"velocities": limits.velocities, "accelerations": limits.accelerations}
+    if limits.jerks is not None:
+        kinds["jerks"] = limits.jerks
+    most = ", ".join(f"{kind} up to {each[row]:.4g}" for kind, each in kinds.items())
+    return TooLongError(
+        f"the trajectory would take more than {LONGEST:g} s: {limits.name(row)!r} moves by"
+        f" {ways[row]:.4g}, with {most}, which take {times[row]:.4g} s at least"
+    )
 
 
 def sample(
@@ -142,28 +191,30 @@ def sample(
     limits.
 
     Where the motion stops on its way, it waits for the ``rise_time``: so it stays on its path.
-    Raises TrajectoryError for a motion that takes too long for a message.
+    Raises TooLongError for a motion that takes too long for a message.
     """
+    shortest = shortest_step(motion.path, limits)
     if rise_time > 0.0:
         motion = _with_rests(motion, rise_time)
     times = motion.time_scaling.breaks
     if rise_time > 0.0:
         times = np.unique(np.concatenate([times, times + rise_time]))
-    times = _apart(times, max(SHORTEST, _NEAR * rise_time))
-    factor = max(1.0, SHORTEST / float(np.diff(times).min()))
+    times = _apart(times, max(_ALMOST * shortest, _NEAR * rise_time))
+    factor = max(1.0, shortest / float(np.diff(times).min()))
 
     def states(nanoseconds: NDArray[np.int64], factor: float) -> States:
         return _states(motion, nanoseconds, factor, rise_time, with_accelerations, ends)
 
-    if rise_time == 0.0 and not with_accelerations and times[-1] <= _LONGEST:
-        times = _denser(times, states(np.rint(times * 1e9).astype(np.int64), 1.0), limits)
-        factor = max(1.0, SHORTEST / float(np.diff(times).min()))
+    if rise_time == 0.0 and not with_accelerations and times[-1] <= LONGEST:
+        whole = np.rint(times * 1e9).astype(np.int64)
+        times = _denser(times, states(whole, 1.0), limits, shortest)
+        factor = max(1.0, shortest / float(np.diff(times).min()))
     rounds = _ROUNDS if ends.is_rest else 1
     return slowed(times, states, limits, lambda: motion, factor, rise_time, rounds=rounds)
 
 
 def _denser(
-    times: NDArray[np.float64], states: States, limits: MotionLimits
+    times: NDArray[np.float64], states: States, limits: MotionLimits, shortest: float
 ) -> NDArray[np.float64]:
     """Return times ``(m,)`` with more between those whose cubics are too fast, by states there.
 
@@ -181,7 +232,7 @@ def _denser(
     changes = np.maximum(np.abs(starts), np.abs(ends)) / limits.accelerations
     excess = np.maximum(rates, changes).max(axis=1) - 1.0
     parts = np.ceil(np.sqrt(excess.clip(0.0, 1.0) / _EXCESS)).clip(1.0, _PARTS)
-    parts = np.minimum(parts, np.maximum(steps // SHORTEST, 1.0)).astype(np.int64)
+    parts = np.minimum(parts, np.maximum(steps // shortest, 1.0)).astype(np.int64)
     if (parts == 1).all():
         return times
     inner = [

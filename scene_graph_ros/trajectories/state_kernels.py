@@ -1,11 +1,16 @@
 """States of motions along paths: at nodes, and evenly between, compiled."""
 
+import math
+
 import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import kernel
 from scene_graph_ros.trajectories.curve_kernels import write_derivatives
 
-__all__ = ["write_averaged", "write_evened", "write_states"]
+__all__ = ["write_averaged", "write_evened", "write_passed", "write_states"]
+
+_NOT_SLOWER = 1.5
+"""Times the mean of the speeds that accelerations allow: what speeds are at least."""
 
 
 @kernel
@@ -114,3 +119,28 @@ def write_averaged(s, times, ramp, out):
     out[0, 0], out[0, m - 1] = s[0], s[n - 1]
     for end in (0, m - 1):
         out[1, end] = out[2, end] = 0.0
+
+
+@kernel
+def write_passed(s, speeds, changes, times):
+    """Write when places ``(n,)`` are passed, s, at speeds that are even between two of them.
+
+    They are at most ``speeds`` ``(n - 1,)``, and what ``changes`` ``(n - 1,)`` of the speed allow
+    from rest to rest, or half as much again as the mean of that: so it does not begin slowly.
+    """
+    n = len(s)
+    squares = np.zeros(n)
+    for k in range(1, n - 1):
+        most = min(speeds[k - 1], speeds[k])
+        squares[k] = min(most * most, squares[k - 1] + 2.0 * changes[k - 1] * (s[k] - s[k - 1]))
+    duration = 0.0
+    for k in range(n - 2, -1, -1):
+        way = s[k + 1] - s[k]
+        if k > 0:
+            squares[k] = min(squares[k], squares[k + 1] + 2.0 * changes[k] * way)
+        duration += 2.0 * way / (math.sqrt(squares[k]) + math.sqrt(squares[k + 1]))
+    mean = (s[n - 1] - s[0]) / duration
+    times[0] = 0.0
+    for k in range(n - 1):
+        own = 0.5 * (math.sqrt(squares[k]) + math.sqrt(squares[k + 1]))
+        times[k + 1] = times[k] + (s[k + 1] - s[k]) / min(max(own, _NOT_SLOWER * mean), speeds[k])

@@ -12,7 +12,7 @@ from scene_graph_ros.trajectories.motion_limits import MotionLimits
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
 from scene_graph_ros.trajectories.time_optimal import straight_segments
 
-__all__ = ["least_duration", "straight_states"]
+__all__ = ["duration_with_rests", "least_duration", "straight_states"]
 
 _NANOSECOND = 1e-9
 """s."""
@@ -80,6 +80,22 @@ def least_duration(ways: NDArray[np.float64], limits: MotionLimits) -> float:
             rise, hold, cruise = _phases(way, *own)
             least = max(least, 4.0 * rise + 2.0 * hold + cruise)
     return least
+
+
+def duration_with_rests(points: NDArray[np.float64], limits: MotionLimits) -> float:
+    """Return the least time (s) along edges between points ``(n, k)``, at rest at each."""
+    ways = np.abs(np.diff(points, axis=0))
+    jerks = np.full(ways.shape[1], np.inf) if limits.jerks is None else limits.jerks
+    with np.errstate(divide="ignore", over="ignore"):
+        rates = [
+            (each / ways).min(axis=1).tolist()
+            for each in (limits.velocities, limits.accelerations, jerks)
+        ]
+    total = 0.0
+    for own in zip(*rates, strict=True):
+        rise, hold, cruise = _phases(1.0, *own)
+        total += 4.0 * rise + 2.0 * hold + cruise
+    return total
 
 
 def _phases(length: float, v: float, a: float, jerk: float) -> tuple[float, float, float]:

@@ -270,10 +270,13 @@ def test_steps_that_vanish_in_rounding_are_none():
     np.testing.assert_array_equal(corners.points, q[[0, 1, 3, 5]])
     for part in (0.0, 1.0):
         assert retime(rounded(corners, part), most).duration <= 2.0 + 9e3 + 2.0 + 1e-9
-        found = sample(retime(rounded(corners, part), gentler(most)), most)
+        path = rounded(corners, part)
+        found = sample(retime(path, gentler(path, most)), most)
         assert found.excess is None
         np.testing.assert_array_equal(found.points.positions[[0, -1]], q[[0, -1]])
-    stopped = sample(retime(rounded(corners, 0.0), gentler(most)), most).points.duration
+    stopped = sample(
+        retime(rounded(corners, 0.0), gentler(rounded(corners, 0.0), most)), most
+    ).points.duration
     # A nanosecond of the 3 us in which it comes to full speed.
     assert stopped == pytest.approx(2.0 + 9e3 + 2.0, rel=1e-9 / 3e-6)
     # Where all is so small, nothing is left out.

@@ -29,6 +29,9 @@ where a search does not end at the sharp ones."""
 _DEPENDENT = 1e-11
 """Of the longest row: what is left of a row less others, where it depends on them."""
 
+_SAME_ROW = 1e-12
+"""Of a row's length: rows whose entries differ by less have one direction."""
+
 _OPTIONS = {
     "ipopt.print_level": 0,
     "ipopt.sb": "yes",
@@ -94,6 +97,7 @@ class SmoothProgram:
         self._y = self._ca.SX.sym("y", count)
         self._smoothed = self._ca.SX.sym("s")
         self._equations = [(np.zeros((0, count)), np.zeros(0))]
+        self._least = [(np.zeros((0, count)), np.zeros(0))]
         self._rows = [(np.zeros((0, count)), np.zeros(0))]
         self._num_rows = 0
         self._kept: list[_Kept] = []
@@ -118,9 +122,8 @@ class SmoothProgram:
         self._equations.append((M, m))
 
     def add_least(self, M: np.ndarray, m: np.ndarray) -> None:
-        """Ask that rows are at least 0."""
-        at = self._later(M, m)
-        self._kept.append((lambda w: w[at], np.full(len(m), np.inf)))
+        """Ask that rows are at least 0; two that are opposite are an equation."""
+        self._least.append((M, m))
 
     def add_expressions(self, values: Any, is_equal: np.ndarray) -> None:
         """Ask that expressions ``(k, 1)`` are 0 where ``is_equal``, and at least 0 elsewhere."""
@@ -200,18 +203,23 @@ class SmoothProgram:
     def _written(self) -> tuple[dict[str, Any], np.ndarray]:
         """The program as expressions, and how large each of its constraints may be."""
         ca = self._ca
+        least = tuple(np.concatenate(some) for some in zip(*self._least, strict=True))
+        once, is_equal = _without_opposites(*least)
+        self._equations.append((least[0][is_equal], least[1][is_equal]))
         M, m = (np.concatenate(some) for some in zip(*self._equations, strict=True))
         kept = _independent(M)
         M_rows, m_rows = (np.concatenate(some) for some in zip(*self._rows, strict=True))
         rows = self.at(M_rows, m_rows)
-        values = [self.at(M[kept], m[kept]), *(of(rows) for of, _ in self._kept)]
+        values = [self.at(M[kept], m[kept]), self.at(least[0][once], least[1][once])]
+        values += [of(rows) for of, _ in self._kept]
         program = {
             "x": ca.vertcat(self._y, *(symbol for symbol, _, _ in self._largest)),
             "p": self._smoothed,
             "f": sum((cost(rows) for cost in self._costs), ca.SX(0)),
             "g": ca.vertcat(*values),
         }
-        return program, np.concatenate([np.zeros(len(kept)), *(most for _, most in self._kept)])
+        linear = np.zeros(len(kept)), np.full(len(once), np.inf)
+        return program, np.concatenate([*linear, *(most for _, most in self._kept)])
 
     @property
     def _most(self) -> np.ndarray:
@@ -231,6 +239,28 @@ class SmoothProgram:
             first = next(iter(self._solvers.values()))
             told |= {name: first.get_function(own) for name, own in _DERIVATIVES.items()}
         return self._ca.nlpsol(how, "ipopt", program, told)
+
+
+def _without_opposites(M: np.ndarray, m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the numbers of rows ``M @ y + m`` to be at least 0, and of those that are to be 0.
+
+    Those are one of two that are opposite, between which an interior-point method has no room. Of
+    equal rows one is returned. All rows count by their direction.
+    """
+    rows = np.column_stack([M, m])
+    sizes = np.linalg.norm(rows, axis=1)
+    rows = rows / np.where(sizes > 0.0, sizes, 1.0)[:, None]
+    first = np.argmax(np.abs(rows) > _SAME_ROW, axis=1)
+    signs = np.where(rows[np.arange(len(rows)), first] < 0.0, -1.0, 1.0)
+    keys = np.rint(signs[:, None] * rows / _SAME_ROW)
+    _, group = np.unique(keys, axis=0, return_inverse=True)
+    firsts: dict[tuple[int, float], int] = {}
+    for k, key in enumerate(zip(group.ravel().tolist(), signs.tolist(), strict=True)):
+        firsts.setdefault(key, k)
+    is_both = {key: (key[0], -key[1]) in firsts for key in firsts}
+    once = [k for key, k in firsts.items() if not is_both[key]]
+    equal = [k for key, k in firsts.items() if is_both[key] and key[1] > 0.0]
+    return np.array(once, dtype=np.intp), np.array(equal, dtype=np.intp)
 
 
 def _independent(M: np.ndarray) -> np.ndarray:

@@ -75,23 +75,37 @@ def bound_derivative(
     """Have ``low <= q^(order) <= high`` ``(n,)`` at control points, of a vertex or an edge."""
     variables, indices, key = place
     room = _ROOM * np.where(np.isfinite(high - low), high - low, 0.0)
-    rates, limits = [], []
-    for index in indices:
-        rate = _map(variables, index, order)
-        for bound, sign in ((high - room, 1.0), (low + room, -1.0)):
-            is_asked = np.isfinite(bound)
-            rates.append(sign * rate[is_asked])
-            limits.append(sign * bound[is_asked])
-    rows, most = np.concatenate(rates), np.concatenate(limits)
-    if not len(most):
-        return
-    of_path = Affine({key: rows}, np.zeros(len(most)))
-    to.add_constraint(of_path <= most[:, None] @ variables.time(key), Transcription.RELAXATION)
     is_first = isinstance(to, Vertex) or key == to.u.id
+    rates = [_map(variables, index, order) for index in indices]
 
-    def kept(*points: Any) -> Any:
-        x = points[0] if is_first else points[1]
-        return most * x[-1] ** order - rows @ x
+    def bound(sides: Sequence[tuple[np.ndarray, float]], is_asked: np.ndarray) -> None:
+        """Ask that derivatives are at most, or, of one side, that they are what it says."""
+        is_equal = len(sides) == 1
+        asked = [(side, sign, is_asked & np.isfinite(side)) for side, sign in sides]
+        rows = np.concatenate([sign * rate[at] for rate in rates for _, sign, at in asked])
+        most = np.concatenate([sign * side[at] for _ in rates for side, sign, at in asked])
+        if not len(most):
+            return
+        of_path, of_time = Affine({key: rows}, np.zeros(len(most))), variables.time(key)
+        if is_equal and not most.any():
+            to.add_constraint(of_path == 0.0)  # However long it takes.
+            return
+        linear = most[:, None] @ of_time
+        surrogate = of_path == linear if is_equal else of_path <= linear
+        to.add_constraint(surrogate, Transcription.RELAXATION)
 
-    constraint = WrittenConstraint(kept, np.zeros(len(most)), np.full(len(most), np.inf))
-    to.add_constraint(constraint, Transcription.RESTRICTION)
+        def kept(*points: Any) -> Any:
+            x = points[0] if is_first else points[1]
+            return most * x[-1] ** order - rows @ x
+
+        zero = np.zeros(len(most))
+        constraint = WrittenConstraint(
+            kept, zero, zero if is_equal else np.full(len(most), np.inf)
+        )
+        to.add_constraint(constraint, Transcription.RESTRICTION)
+
+    # Between two bounds that are one there is no room: what is to be that is an equation.
+    is_one, is_zero = low == high, (low == 0.0) & (high == 0.0)
+    bound([(high - room, 1.0), (low + room, -1.0)], ~is_one)
+    bound([(high, 1.0)], is_one & ~is_zero)
+    bound([(high, 1.0)], is_zero)

@@ -214,8 +214,10 @@ class _Chunk:
         """Return tries in the order in which they are answers; those that reach nothing last."""
         if not self._is_near:
             return np.argsort(~tries.reached, axis=1, kind="stable")
-        ways = (tries.x - self._homes[at][:, np.newaxis]) * self._search.chain.units
-        distances = np.where(tries.reached, (ways**2).sum(axis=2), np.inf)
+        chain, (m, count, n) = self._search.chain, tries.x.shape
+        homes = np.repeat(self._homes[at], count, axis=0)
+        ways = chain.changes(homes, tries.x.reshape(m * count, n)) * chain.units
+        distances = np.where(tries.reached, (ways**2).sum(axis=1).reshape(m, count), np.inf)
         return np.argsort(distances, axis=1, kind="stable")
 
     def _chosen(self, tries: Tries, at: NDArray[np.intp]) -> NDArray[np.intp]:

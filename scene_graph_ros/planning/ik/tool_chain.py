@@ -1,8 +1,9 @@
 """The joints between a robot's base and a tool, as descents of inverse kinematics read them.
 
-A planar joint is two that slide and one that turns; a floating one is three that slide and three
-that turn, about x, y and z. So each coordinate of a chain turns or slides along the z axis of some
-frame, and a chain of any joints is one table of numbers. Lengths in it are in a unit of its own, a
+A planar joint is two that slide and one that turns; a floating one is three that slide and four
+that turn, about x, y, z and x again: with three there are turns at which two axes are one. So each
+coordinate of a chain turns or slides along the z axis of some frame, and a chain of any joints is
+one table of numbers. Lengths in it are in a unit of its own, a
 power of two near its reach: so arms of any size are the same to a descent, and nothing is rounded.
 """
 
@@ -64,9 +65,18 @@ _ELEMENTS = {
     REVOLUTE: ((False, 2),),
     PRISMATIC: ((True, 2),),
     PLANAR: ((True, 0), (True, 1), (False, 2)),
-    FLOATING: ((True, 0), (True, 1), (True, 2), (False, 0), (False, 1), (False, 2)),
+    FLOATING: (
+        *((True, 0), (True, 1), (True, 2)),
+        *((False, 0), (False, 1), (False, 2), (False, 0)),
+    ),
 }
 """Of each kind of joint: what slides or turns, and along or about which axis."""
+
+_TURNS = 4
+"""Coordinates of a floating joint's turn."""
+
+_STEEP = 0.5
+"""Squared sine of the second turn: above it the fourth is a quarter turn, and the second less."""
 
 
 def carrying_positions(tree: KinematicTree, link: str) -> NDArray[np.bool_]:
@@ -87,7 +97,7 @@ def carrying_positions(tree: KinematicTree, link: str) -> NDArray[np.bool_]:
 class ToolChain:
     """A chain whose coordinates x ``(n,)`` are the positions that may move, in rad or units.
 
-    Of a floating joint they are its place and its turns about x, y and z, one after the other.
+    Of a floating joint they are its place and its turns about x, y, z and x, one after the other.
     """
 
     table: ChainTable
@@ -98,7 +108,7 @@ class ToolChain:
     positions: NDArray[np.intp]
     """``(n,)``: which position of q a coordinate is; -1 for turns of floating joints."""
     turns: tuple[tuple[int, int], ...]
-    """Where quaternions begin in q, and their three turns in x."""
+    """Where quaternions begin in q, and their four turns in x."""
     lower: NDArray[np.float64]
     """``(n,)``."""
     upper: NDArray[np.float64]
@@ -124,8 +134,16 @@ class ToolChain:
         """Return the coordinates ``(m, n)`` of configurations ``(m, nq)``."""
         x = q[:, np.maximum(self.positions, 0)] / self.units
         for start, column in self.turns:
-            x[:, column : column + 3] = _turns_of(q[:, start : start + 4])
+            x[:, column : column + _TURNS] = _turns_of(q[:, start : start + 4])
         return x
+
+    def regular(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return other coordinates ``(n,)`` of a configuration, from which it may turn any way."""
+        result = x.copy()
+        for _, column in self.turns:
+            own = slice(column, column + _TURNS)
+            result[own] = _turns_of(_quaternions_of(x[np.newaxis, own]))[0]
+        return result
 
     def configurations(
         self, x: NDArray[np.float64], near: NDArray[np.float64]
@@ -135,20 +153,33 @@ class ToolChain:
         linear = np.flatnonzero(self.positions >= 0)
         q[:, self.positions[linear]] = x[:, linear] * self.units[linear]
         for start, column in self.turns:
-            q[:, start : start + 4] = _quaternions_of(x[:, column : column + 3])
+            Q, own = _quaternions_of(x[:, column : column + _TURNS]), slice(start, start + 4)
+            # Of the two that are one turn, the nearer one.
+            is_far = (Q * near[:, own]).sum(axis=1) < 0.0
+            q[:, own] = np.where(is_far[:, np.newaxis], -Q, Q)
         return q
 
     def changes(self, x1: NDArray[np.float64], x2: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the changes ``(n,)`` of coordinates along the straight edge from one to another.
+        """Return the changes ``(m, n)`` of coordinates along straight edges from some to others.
 
-        There a floating joint turns about one axis: the first of its three is all of its turn.
+        There a floating joint turns about one axis: the first of its four is all of its turn.
         """
         result = x2 - x1
         for _, column in self.turns:
-            own = slice(column, column + 3)
-            first, second = _quaternions_of(np.stack([x1[own], x2[own]]))
-            apart = min(np.linalg.norm(second - first), np.linalg.norm(second + first))
-            result[own] = 4.0 * math.asin(min(0.5 * float(apart), 1.0)), 0.0, 0.0
+            own = slice(column, column + _TURNS)
+            first, second = _quaternions_of(x1[:, own]), _quaternions_of(x2[:, own])
+            apart = np.minimum(
+                np.linalg.norm(second - first, axis=1), np.linalg.norm(second + first, axis=1)
+            )
+            result[:, own] = 0.0
+            result[:, column] = 4.0 * np.arcsin(np.minimum(0.5 * apart, 1.0))
+        return result
+
+    def names(self, positions: tuple[str, ...]) -> list[str]:
+        """Return the names of coordinates, by those of positions; a turn has its joint's."""
+        result = [positions[p] for p in self.positions]
+        for start, column in self.turns:
+            result[column : column + _TURNS] = [positions[start].removesuffix(".qw")] * _TURNS
         return result
 
     def start_limits(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -188,7 +219,7 @@ class _Builder:
         self._rows: list[tuple[bool, int, float, float]] = []
         self._frames: list[NDArray[np.float64]] = []
         self._columns: dict[tuple[int, int], int] = {}
-        """Of a position in q and an axis of a turn, or -1."""
+        """Of a position in q and the number of a turn, or -1."""
         self._periods: dict[int, bool] = {}
 
     def chain(self, link: int, X_LT: NDArray[np.float64]) -> ToolChain:
@@ -209,12 +240,12 @@ class _Builder:
         X_PJ = np.eye(4)
         X_PJ[:3] = table.X_PJ[row]
         X, start, kind = _product(X, X_PJ), int(table.starts[row]), int(table.kinds[row])
-        turns = np.zeros(3)
+        turns = np.zeros(_TURNS)
         if kind == FLOATING:
             turns = _turns_of(self._q[np.newaxis, start : start + 4])[0]
         for k, (slides, axis) in enumerate(_ELEMENTS[kind]):
-            is_euler = kind == FLOATING and not slides
-            place = start if is_euler else start + k + (4 if kind == FLOATING else 0)
+            turn = k - 3 if kind == FLOATING and not slides else -1
+            place = start if turn >= 0 else start + k + (4 if kind == FLOATING else 0)
             frame = _axis_frame(axis)
             self._frames.append(_product(X, frame))
             X = np.ascontiguousarray(frame.T)
@@ -223,17 +254,17 @@ class _Builder:
                 multiplier, offset = float(table.multipliers[row]), float(table.offsets[row])
             column = -1
             if self._moves[place]:
-                column = self._column(place, axis if is_euler else -1)
+                column = self._column(place, turn)
                 is_whole = not slides and multiplier.is_integer()
                 self._periods[column] = self._periods.get(column, True) and is_whole
             else:
-                value = turns[axis] if is_euler else self._q[place]
+                value = turns[turn] if turn >= 0 else self._q[place]
                 multiplier, offset = 0.0, multiplier * float(value) + offset
             self._rows.append((slides, column, multiplier, offset))
         return X
 
-    def _column(self, place: int, axis: int) -> int:
-        return self._columns.setdefault((place, axis), len(self._columns))
+    def _column(self, place: int, turn: int) -> int:
+        return self._columns.setdefault((place, turn), len(self._columns))
 
     def _finished(self, frames: NDArray[np.float64]) -> ToolChain:
         xyzw = quaternions_from_poses(frames)
@@ -244,7 +275,7 @@ class _Builder:
         keys = list(self._columns)
         is_turning = np.zeros(len(keys), dtype=np.bool_)
         is_turning[[c for s, c, *_ in self._rows if c >= 0 and not s]] = True
-        positions = np.array([p if axis < 0 else -1 for p, axis in keys], dtype=np.intp)
+        positions = np.array([p if turn < 0 else -1 for p, turn in keys], dtype=np.intp)
         is_linear, tree = positions >= 0, self._tree
         lower = np.where(is_linear, tree.lower[positions], -np.inf)
         upper = np.where(is_linear, tree.upper[positions], np.inf)
@@ -261,7 +292,7 @@ class _Builder:
             quaternions,
             np.ascontiguousarray(frames[:, :3, 3]) / unit,
         )
-        turns = tuple((p, self._columns[p, axis]) for p, axis in keys if axis == 0)
+        turns = tuple((p, self._columns[p, turn]) for p, turn in keys if turn == 0)
         periods = np.array([self._periods[c] for c in range(len(keys))], dtype=np.bool_)
         return ToolChain(
             table, unit, units, positions, turns, lower / units, upper / units, is_turning, periods
@@ -276,20 +307,29 @@ def _unit(frames: NDArray[np.float64], ranges: NDArray[np.float64]) -> float:
 
 
 def _turns_of(quaternions: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return turns ``(m, 3)`` about x, then the new y, then the new z, of ``(m, 4)``, w first."""
-    w, x, y, z = (quaternions / np.linalg.norm(quaternions, axis=1)[:, np.newaxis]).T
+    """Return turns ``(m, 4)`` about x, then the new y, z and x, of ``(m, 4)``, w first.
+
+    The second is at most an eighth of a turn, so that three axes are never in one plane.
+    """
+    Q = quaternions / np.linalg.norm(quaternions, axis=1)[:, np.newaxis]
+    w, x, y, z = Q.T
+    is_steep = 4.0 * (x * z + w * y) ** 2 > _STEEP
+    # A quarter turn back about x.
+    back = math.sqrt(0.5) * np.stack([w + x, x - w, y - z, y + z])
+    w, x, y, z = np.where(is_steep, back, Q.T)
     sine = np.clip(2.0 * (x * z + w * y), -1.0, 1.0)
     about_x = np.arctan2(2.0 * (w * x - y * z), 1.0 - 2.0 * (x * x + y * y))
     about_z = np.arctan2(2.0 * (w * z - x * y), 1.0 - 2.0 * (y * y + z * z))
-    return np.stack([about_x, np.arcsin(sine), about_z], axis=1)
+    last = np.where(is_steep, 0.5 * np.pi, 0.0)
+    return np.stack([about_x, np.arcsin(sine), about_z, last], axis=1)
 
 
 def _quaternions_of(turns: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return quaternions ``(m, 4)``, w first, of turns ``(m, 3)`` as of `_turns_of`."""
+    """Return quaternions ``(m, 4)``, w first, of turns ``(m, 4)`` as of `_turns_of`."""
     c, s = np.cos(0.5 * turns).T, np.sin(0.5 * turns).T
-    result = np.empty((len(turns), 4))
-    result[:, 0] = c[0] * c[1] * c[2] - s[0] * s[1] * s[2]
-    result[:, 1] = s[0] * c[1] * c[2] + c[0] * s[1] * s[2]
-    result[:, 2] = c[0] * s[1] * c[2] - s[0] * c[1] * s[2]
-    result[:, 3] = c[0] * c[1] * s[2] + s[0] * s[1] * c[2]
-    return result
+    w = c[0] * c[1] * c[2] - s[0] * s[1] * s[2]
+    x = s[0] * c[1] * c[2] + c[0] * s[1] * s[2]
+    y = c[0] * s[1] * c[2] - s[0] * c[1] * s[2]
+    z = c[0] * c[1] * s[2] + s[0] * s[1] * c[2]
+    last = c[3] * w - s[3] * x, c[3] * x + s[3] * w, c[3] * y + s[3] * z, c[3] * z - s[3] * y
+    return np.stack(last, axis=1)

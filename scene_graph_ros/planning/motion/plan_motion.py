@@ -164,7 +164,7 @@ def _sampled(
         times = step * np.arange(spline.spans + 1)
         points = TrajectoryPoints(times, whole[0], whole[1], accelerations)
         trajectory = points.trajectory()
-        excess = rate_or_position_excess(problem, trajectory)
+        excess = rate_or_position_excess(problem, points, trajectory)
         if excess is None:
             return points, trajectory
         if excess.kind == "position" or not excess.ratio < math.inf:

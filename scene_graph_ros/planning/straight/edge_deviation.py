@@ -33,7 +33,7 @@ def edge_deviations(
         return 0.0, 0.0
     columns = np.maximum(table.columns, 0)
     ends = np.abs(np.stack([x1, x2])[:, columns] * table.multipliers + table.offsets)
-    changes = chain.changes(x1, x2)
+    (changes,) = chain.changes(x1[np.newaxis], x2[np.newaxis])
     rates = np.where(table.columns >= 0, np.abs(changes[columns] * table.multipliers), 0.0)
     # From each joint to the tool: the parts of the chain after it, and as far as these slide.
     slid = np.where(table.slides, ends.max(axis=0), 0.0)

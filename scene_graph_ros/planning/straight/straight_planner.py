@@ -165,7 +165,7 @@ class _Walk:
                 if length < _LEAST:
                     return self._why(step, piece, to)
                 continue
-            self.x.append(step.x)
+            self.x.append(self._search.chain.regular(step.x))
             self.deviations.append(step.deviations)
             self.fractions.append(way.fraction(piece, to))
             length = (to - s) * min(3.0, 0.9 / math.sqrt(max(ratio, 1e-2)))
@@ -188,14 +188,14 @@ class _Walk:
     def _ratio(self, step: _Step) -> float:
         """Return the ratio of a step's bend to its limit: it grows with its squared length."""
         parts = [each / most for each, most in zip(step.deviations, self._most, strict=True)]
-        changes = self._search.chain.changes(self.x[-1], step.x)
+        changes = self._search.chain.changes(self.x[-1][np.newaxis], step.x[np.newaxis])
         change = float(np.abs(changes).max(initial=0.0)) / _LONGEST
         return max(*parts, change * change)
 
     def _why(self, step: _Step, piece: int, to: float) -> tuple[StraightFailure, str]:
         """Return why no step is short enough."""
         chain = self._search.chain
-        positions = [self._names[p] if p >= 0 else "a turn of the base" for p in chain.positions]
+        positions = chain.names(self._names)
         if math.isinf(step.deviations[0]):
             lower, upper = step.x <= chain.lower, step.x >= chain.upper
             held = np.flatnonzero(lower | upper)
@@ -211,7 +211,7 @@ class _Walk:
                 "no configuration near the last one has the tool further along the way: it is out"
                 " of reach, or beside a singularity",
             )
-        change = chain.changes(self.x[-1], step.x)
+        (change,) = chain.changes(self.x[-1][np.newaxis], step.x[np.newaxis])
         k = int(np.argmax(np.abs(change)))
         part = self._way.fraction(piece, to) - self.fractions[-1]
         return (

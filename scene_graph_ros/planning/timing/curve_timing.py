@@ -119,7 +119,7 @@ def _timed(problem: TimingProblem, path: PiecewisePolynomial, turns: Turns) -> T
     try:
         return _retimed(problem, path, turns)
     except RetimingError as error:
-        return not_retimed(error)
+        return not_retimed(str(error))
 
 
 def _retimed(problem: TimingProblem, path: PiecewisePolynomial, turns: Turns) -> TimedPath:

@@ -11,9 +11,11 @@ from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array, whole_array
 from scene_graph_ros.planning.timing.timing_problem import TimingProblem
 from scene_graph_ros.trajectories.errors import TrajectoryError
+from scene_graph_ros.trajectories.limit_rounding import LIMIT_ROUNDING
 from scene_graph_ros.trajectories.motion_ends import EndRates
+from scene_graph_ros.trajectories.motion_limits import MotionLimits
 
-__all__ = ["PathOptions", "with_options"]
+__all__ = ["PathOptions", "of_moving_positions", "with_options"]
 
 _ROUNDING = 1e-9
 """Relative: a rate that is beyond its limit by less is at it."""
@@ -38,6 +40,37 @@ def with_options(problem: TimingProblem, asked: PathOptions) -> TimingProblem:
         at_rest=_rows(problem, "at_rest", asked.at_rest),
         start=_rates(problem, "start", asked.start),
         end=_rates(problem, "end", asked.end),
+    )
+
+
+def of_moving_positions(problem: TimingProblem) -> TimingProblem:
+    """Return a problem without the positions that its path leaves where they are.
+
+    Those that are beyond their limits there, or are to move at an end, remain.
+    """
+    tree, rows, limits = problem.checker.plan.tree, problem.rows, problem.limits
+    q, slack = problem.path[:, rows], problem.start_tolerance + LIMIT_ROUNDING
+    moves = np.ptp(q, axis=0) > 0.0
+    if not moves.any():
+        return problem
+    moves |= (q[0] < tree.lower[rows] - slack) | (q[0] > tree.upper[rows] + slack)
+    for rates in (*problem.start, *problem.end):
+        moves |= rates != 0.0
+    if moves.all():
+        return problem
+    kept = np.flatnonzero(moves)
+    own = MotionLimits(
+        limits.velocities[kept],
+        limits.accelerations[kept],
+        tuple(limits.names[k] for k in kept),
+        None if limits.jerks is None else limits.jerks[kept],
+    )
+    return problem._replace(
+        rows=rows[kept],
+        limits=own,
+        deviation=None if problem.deviation is None else problem.deviation[kept],
+        start=EndRates(*(rates[kept] for rates in problem.start)),
+        end=EndRates(*(rates[kept] for rates in problem.end)),
     )
 
 

@@ -11,9 +11,15 @@ from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisi
 from scene_graph_ros.planning.constraints.link_constraints import LinkConstraint
 from scene_graph_ros.planning.edges.edge_stretches import FREE
 from scene_graph_ros.planning.parallel.stoppable import Turns
-from scene_graph_ros.planning.timing.leading_part import led_out, parts_of
-from scene_graph_ros.planning.timing.path_options import PathOptions, with_options
+from scene_graph_ros.planning.timing.deviations import far_pieces, too_far
+from scene_graph_ros.planning.timing.leading_part import joined, led_out, parts_of
+from scene_graph_ros.planning.timing.path_options import (
+    of_moving_positions,
+    PathOptions,
+    with_options,
+)
 from scene_graph_ros.planning.timing.rounded_path import RoundedPath
+from scene_graph_ros.planning.timing.stopping_first import stopping_first
 from scene_graph_ros.planning.timing.timing_problem import (
     as_timed_path,
     beyond_limit,
@@ -38,6 +44,12 @@ from scene_graph_ros.trajectories.sampling import Sampled, SHORTEST
 from scene_graph_ros.trajectories.trajectory_points import TrajectoryPoints
 
 __all__ = ["prove_part", "prove_trajectory", "time_path"]
+
+_DETOUR = 1.1
+"""Times the duration of a motion that stops off its path: one that takes longer had better."""
+
+_SLOWER = 1.001
+"""Times the duration with rests at all corners: motions that take longer had better rest."""
 
 
 def time_path(
@@ -82,6 +94,8 @@ def time_path(
 
     It begins and ends at rest, or with velocities and accelerations ``(nq,)``; those that are not
     along the first and the last edge take it off these, and accelerations need limits of jerk.
+    Where that finds nothing, or only what takes longer, it stops in line first, and goes on from
+    there: on the first edge, or off it where no ``deviation`` is given.
 
     ``retimer`` names the method that finds the speed along the path. ``"time_optimal"`` is our
     own, whose ``grid_points`` (default 32) are stretches of each corner with one speedup each:
@@ -109,6 +123,7 @@ def time_path(
     )
     problem = with_options(problem, asked)
     problem = problem._replace(start_tolerance=max(float(start_tolerance), 0.0))
+    problem = of_moving_positions(problem)
     parts = parts_of(problem, free_from)
     return in_turns(
         lambda turns: led_out(parts, [_timed(part, turns) for part in parts.problems]),
@@ -146,7 +161,9 @@ def prove_trajectory(
         if rates is not None:
             _demand_rest(problem, name, rates)
     count = len(points.positions)
-    return in_turns(lambda turns: _judged(problem, points, turns), count, timeout, watch)
+    return in_turns(
+        lambda turns: _judged(problem, points.of(problem.rows), turns), count, timeout, watch
+    )
 
 
 def prove_part(
@@ -177,11 +194,10 @@ def _demand_rest(problem: TimingProblem, name: str, rates: NDArray[np.float64]) 
         raise TrajectoryError(f"{name} of position {which!r} must be 0, as it has no limits")
 
 
-def _judged(problem: TimingProblem, points: TrajectoryPoints, turns: Turns) -> TimedPath:
-    """Return whether the curve through points is within limits and free."""
-    own = points.of(problem.rows)
+def _judged(problem: TimingProblem, own: TrajectoryPoints, turns: Turns) -> TimedPath:
+    """Return whether the curve through points of all that moves is within limits and free."""
     trajectory = own.trajectory()
-    excess = rate_or_position_excess(problem, trajectory)
+    excess = rate_or_position_excess(problem, own, trajectory)
     if excess is not None:
         return beyond_limit(problem, excess)
     return _free(problem, own, trajectory, turns)
@@ -203,11 +219,63 @@ def _free(
 
 
 def _timed(problem: TimingProblem, turns: Turns) -> TimedPath:
-    """Return the trajectory; told to stop, or where a retimer finds none, why."""
+    """Return the trajectory; told to stop, or where a retimer finds none, why.
+
+    One that begins or ends moving stops there, where nothing else is found, or only what takes
+    longer.
+    """
+    found = _on_path(problem, turns)
+    if problem.start.is_rest and problem.end.is_rest:
+        return found
+    stopping = stopping_first(problem)
+    if stopping is None or turns.stops.looking[0] != 0:
+        return found
+    if found.is_success and found.duration <= _DETOUR * stopping.longest:
+        return found
+    parts = [
+        _stop(problem, stopping.lead, turns),
+        _on_path(stopping.between, turns),
+        _stop(problem, stopping.tail, turns),
+    ]
+    tried = [each for each in parts if each is not None]
+    if not all(each.is_success for each in tried):
+        return found
+    whole = joined(tried)
+    return found if found.is_success and found.duration <= whole.duration else whole
+
+
+def _stop(
+    problem: TimingProblem, points: TrajectoryPoints | None, turns: Turns
+) -> TimedPath | None:
+    """Return a stop, if it is within limits and free; None where there is none."""
+    return None if points is None else _judged(problem, points, turns)
+
+
+def _on_path(problem: TimingProblem, turns: Turns) -> TimedPath:
+    """Return the trajectory along a path; told to stop, or where a retimer finds none, why."""
     try:
         return _retimed(problem, turns)
     except RetimingError as error:
-        return not_retimed(error)
+        return not_retimed(f"{error}{_moving_ends(problem)}")
+
+
+def _moving_ends(problem: TimingProblem) -> str:
+    """Return words about how a trajectory is to begin and end: the joint that stops last."""
+    limits, words = problem.limits, ""
+    for where, rates in (("at 0 s", problem.start), ("at the end", problem.end)):
+        if rates.is_rest:
+            continue
+        velocity, acceleration = rates
+        own = velocity if velocity.any() else acceleration
+        row = int(np.argmax(np.abs(own) / limits.accelerations))
+        words += (
+            f"; {where} the velocity of {limits.name(row)!r} is {velocity[row]:.6g}, of at most"
+            f" {limits.velocities[row]:.6g}, and its acceleration {acceleration[row]:.6g}, of at"
+            f" most {limits.accelerations[row]:.6g}"
+        )
+        if limits.jerks is not None:
+            words += f", which changes by at most {limits.jerks[row]:.6g} per second"
+    return words
 
 
 def _retimed(problem: TimingProblem, turns: Turns) -> TimedPath:
@@ -222,9 +290,24 @@ def _retimed(problem: TimingProblem, turns: Turns) -> TimedPath:
 
 
 def _along(problem: TimingProblem, rounded: RoundedPath, turns: Turns) -> TimedPath:
-    """Return the trajectory along a path whose corners are rounded as far as it is free."""
+    """Return the trajectory along a path whose corners are rounded as far as it is free.
+
+    With rests at all of them, where it is sooner there so.
+    """
     if rounded.num_points == 1:
         return _at_rest(problem, rounded.points, turns)
+    found = _as_rounded(problem, rounded, turns)
+    if not (found.is_success and problem.start.is_rest and problem.end.is_rest):
+        return found
+    if found.duration > _SLOWER * rounded.duration_with_rests and rounded.rest():
+        rested = _as_rounded(problem, rounded, turns)
+        if rested.is_success and rested.duration < found.duration:
+            return rested
+    return found
+
+
+def _as_rounded(problem: TimingProblem, rounded: RoundedPath, turns: Turns) -> TimedPath:
+    """Return the trajectory along a path whose corners are rounded as far as it is free."""
     is_proven = problem.retimer.stops_at_corners
     if not is_proven:
         rounded.sample_sizes(turns)
@@ -241,8 +324,9 @@ def _along(problem: TimingProblem, rounded: RoundedPath, turns: Turns) -> TimedP
             return beyond_limit(problem, sampled.excess)
         trajectory = sampled.points.trajectory()
         proofs = problem.prove(trajectory.control_points, turns)
-        excess = position_excess(problem, trajectory)
-        if excess is None and (proofs.statuses == FREE).all():
+        excess, far = position_excess(problem, trajectory), far_pieces(problem, trajectory)
+        bad = (proofs.statuses != FREE) | far
+        if excess is None and not bad.any():
             return as_timed_path(problem, sampled.points, trajectory, proofs, rounded.passed())
         if turns.stops.looking[0] != 0:
             return too_late()
@@ -251,9 +335,11 @@ def _along(problem: TimingProblem, rounded: RoundedPath, turns: Turns) -> TimedP
             if rounded.prove_sizes(turns):
                 continue
         times = [] if excess is None else [excess.time]
-        bad = np.flatnonzero(proofs.statuses != FREE)
-        times += (0.5 * (trajectory.breaks[bad] + trajectory.breaks[bad + 1])).tolist()
+        at = np.flatnonzero(bad)
+        times += (0.5 * (trajectory.breaks[at] + trajectory.breaks[at + 1])).tolist()
         if not rounded.shrink(_places(sampled, times)):
+            if far.any() and excess is None:
+                return too_far(problem, trajectory, int(np.argmax(far)))
             return not_free(problem, trajectory, proofs, excess)
 
 
@@ -266,6 +352,8 @@ def _places(sampled: Sampled, times: list[float]) -> NDArray[np.float64]:
 
 def _at_rest(problem: TimingProblem, q: NDArray[np.float64], turns: Turns) -> TimedPath:
     """Return the trajectory that stays where it is, for as short as that can be said."""
+    if not (problem.start.is_rest and problem.end.is_rest):
+        raise RetimingError("the path leads nowhere")
     points = np.repeat(q, 2, axis=0)
     times = np.array([0, round(SHORTEST * 1e9)])
     rates = np.zeros_like(points)

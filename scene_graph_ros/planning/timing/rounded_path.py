@@ -17,6 +17,8 @@ from scene_graph_ros.trajectories.corners import CornerPath, PathPieces
 from scene_graph_ros.trajectories.even_waypoints import even_points
 from scene_graph_ros.trajectories.motion_ends import AT_REST, MotionEnds, moving_end
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
+from scene_graph_ros.trajectories.sample_along import averages
+from scene_graph_ros.trajectories.straight_motion import duration_with_rests
 from scene_graph_ros.trajectories.waypoints import rounding_of, telling_points
 
 __all__ = ["RoundedPath"]
@@ -62,6 +64,9 @@ class RoundedPath:
         self._largest = self._corners.largest_sizes(
             None if deviation is None else _ROUNDED * deviation, is_smooth=self._is_smooth
         )
+        if averages(problem.limits, problem.rise_time, problem.retimer):
+            # The mean of a while around a point is somewhere else, unless it rests there.
+            self._largest[self._corners.through] = 0.0
         self._sizes = self._largest.copy()
         if problem.retimer.stops_at_corners:
             self._sizes[:] = 0.0
@@ -88,6 +93,14 @@ class RoundedPath:
     def num_points(self) -> int:
         """How many there are."""
         return len(self._corners.points)
+
+    @property
+    def duration_with_rests(self) -> float:
+        """The least one with rests at all corners, s; infinite where it follows another curve."""
+        problem = self._problem
+        if self._curve is not None or problem.rise_time > 0.0 or not self._sizes.any():
+            return np.inf
+        return duration_with_rests(self._corners.points, problem.limits)
 
     def sample_sizes(self, turns: Turns) -> None:
         """Round each corner as far as some configurations on it are free, by halves.
@@ -164,6 +177,14 @@ class RoundedPath:
         for s in places:
             chosen[pieces.corner_at(float(s))] = True
         self._halve(chosen)
+        return True
+
+    def rest(self) -> bool:
+        """Rest at each corner; tell whether that is another path."""
+        if self._curve is not None or not self._sizes.any():
+            return False
+        self._sizes[:] = 0.0
+        self._own = None
         return True
 
     def passed(self) -> NDArray[np.float64]:

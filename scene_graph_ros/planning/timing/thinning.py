@@ -116,7 +116,7 @@ def _thinned(
     if excess is not None:
         return beyond_limit(problem, excess)
     trajectory = thinned.of(problem.rows).trajectory()
-    excess = rate_or_position_excess(problem, trajectory)
+    excess = rate_or_position_excess(problem, points, trajectory)
     if excess is not None:
         return beyond_limit(problem, excess)
     broken = constraint_failure(problem, trajectory)

@@ -28,13 +28,13 @@ from scene_graph_ros.planning.parallel.stoppable import Turns
 from scene_graph_ros.planning.paths.planned_path import Plan
 from scene_graph_ros.planning.plan_failure import PlanFailure
 from scene_graph_ros.trajectories.errors import TrajectoryError
-from scene_graph_ros.trajectories.limit_rounding import LIMIT_ROUNDING
+from scene_graph_ros.trajectories.limit_rounding import LIMIT_ROUNDING, RATE_ROUNDING
 from scene_graph_ros.trajectories.motion_ends import EndRates
 from scene_graph_ros.trajectories.motion_limits import (
-    find_excess,
     LimitExcess,
     MotionLimits,
     value_excess,
+    worst_ratio_of,
 )
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
 from scene_graph_ros.trajectories.retimer import Retimer, TimeOptimalRetimer
@@ -240,11 +240,15 @@ def timing_problem(
 
 
 def rate_or_position_excess(
-    problem: TimingProblem, trajectory: PiecewisePolynomial
+    problem: TimingProblem, points: TrajectoryPoints, trajectory: PiecewisePolynomial
 ) -> LimitExcess | None:
-    """Return a trajectory's largest excess over a limit of any kind, or None."""
-    lower, upper = _position_limits(problem)
-    return find_excess(trajectory, problem.limits, lower=lower, upper=upper)
+    """Return the largest excess of the trajectory through points over a limit of any kind."""
+    assert points.velocities is not None
+    states = points.positions, points.velocities, points.accelerations
+    worst = worst_ratio_of(points.nanoseconds, *states, problem.limits)
+    if worst.ratio > 1.0 + RATE_ROUNDING:
+        return worst
+    return position_excess(problem, trajectory)
 
 
 def in_turns(
@@ -354,9 +358,9 @@ def _failed(kind: TimingFailure, reason: str) -> TimedPath:
     return TimedPath(None, None, 0.0, 0, 0, kind, reason)
 
 
-def not_retimed(error: Exception) -> TimedPath:
+def not_retimed(words: str) -> TimedPath:
     """Return that a retimer found none."""
-    return _failed(TimingFailure.NOT_RETIMED, str(error))
+    return _failed(TimingFailure.NOT_RETIMED, words)
 
 
 def no_path(plan: Plan) -> TimedPath:

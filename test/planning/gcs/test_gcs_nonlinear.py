@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from scene_graph_ros.convex.solve.smooth_program import SmoothProgram
+from scene_graph_ros.convex.solve.smooth_program import _without_opposites, SmoothProgram
 from scene_graph_ros.geometry.optimization import (
     ConvexSetError,
     GraphOfConvexSetsOptions,
@@ -159,6 +159,49 @@ def test_surrogates_that_nothing_keeps_forbid_nothing():
     at = np.linspace(0.0, trajectory.end_time, 1000)
     assert abs(trajectory.derivative(2).value(at)).max() <= 1.0 + 1e-6
     assert 0.0 < result.lower_bound <= result.cost
+
+
+@pytest.mark.parametrize("acceleration", [1.0, 0.5])
+def test_bounds_that_are_one_are_an_equation(acceleration):
+    """An even acceleration from rest along x, none across: 2 m take the root of 4 m by it."""
+    pytest.importorskip("casadi")
+    graph = GcsTrajectoryOptimization(2)
+    free = graph.add_regions([Hyperrectangle([0.0, 0.0], [2.0, 1.0])], 4, 0.1, 50.0)
+    start, goal = (graph.add_regions([Point([x, 0.5])], 0) for x in (0.0, 2.0))
+    graph.add_edges(start, free).add_zero_derivative_constraints(1)
+    graph.add_edges(free, goal)
+    graph.add_time_cost()
+    graph.add_velocity_bounds([-9.0, -9.0], [9.0, 9.0])
+    free.add_nonlinear_derivative_bounds([acceleration, 0.0], [acceleration, 0.0], 2)
+    trajectory, result = graph.solve_path(start, goal)
+    assert result.is_success, result.reason
+    assert trajectory.end_time == pytest.approx(np.sqrt(4.0 / acceleration), rel=1e-9)
+    along = trajectory.derivative(2).value(np.linspace(0.0, trajectory.end_time, 50))
+    np.testing.assert_allclose(along, np.tile([acceleration, 0.0], (50, 1)), atol=1e-7)
+
+
+def test_rows_that_are_opposite_are_one_equation():
+    """Two that leave no room between them; those that leave some, and equal ones, stay."""
+    M = np.array([[1.0, 2.0], [-2.0, -4.0], [1.0, 0.0], [-1.0, 0.0], [1.0, 0.0], [0.0, 3.0],
+                  [0.0, 0.0]])  # fmt: skip
+    m = np.array([0.5, -1.0, 0.0, 1.0, 0.0, 0.0, 2.0])
+    once, equal = _without_opposites(M, m)
+    assert sorted(once.tolist()) == [2, 3, 5, 6]
+    assert equal.tolist() == [0]
+    program = SmoothProgram(2)
+    program.add_least(M, m)
+    program.add_cost("sum", np.array([[0.0, 1.0]]), np.zeros(1), 1.0, 1.0)
+    found, is_optimal = program.solve(np.array([0.9, 0.9]))
+    # The least y from 0 on with x + 2 y = -0.5 and x from 0 to 1 would be none: x is at its edge.
+    assert not is_optimal
+    other = SmoothProgram(2)
+    other.add_least(M[:2] * [[-1.0, 1.0]], m[:2])
+    other.add_least(M[2:], m[2:])
+    other.add_cost("sum", np.array([[0.0, 1.0]]), np.zeros(1), 1.0, 1.0)
+    found, is_optimal = other.solve(np.array([0.9, 0.9]))
+    assert is_optimal
+    # 2 y = x - 0.5 with y from 0 on.
+    np.testing.assert_allclose(found, [0.5, 0.0], atol=1e-6)
 
 
 def test_a_wait_and_bounded_accelerations_on_a_track():

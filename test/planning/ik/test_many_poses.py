@@ -16,6 +16,7 @@ from scene_graph_ros.planning import (
     load_robot_diagram,
     SceneGraphCollisionChecker,
 )
+from scene_graph_ros.planning.ik.tool_chain import ToolChain
 from scene_graph_ros.robots import KinematicTreeError
 from scene_graph_ros.scene_files import load_kinematic_tree, resolve_resource
 
@@ -293,6 +294,56 @@ def test_drones_and_carts_are_put_anywhere(tmp_path):
     X_WTs = cart.link_poses(q, ["l1"])[:, 0]
     found = inverse_kinematics_of_poses(cart, "l1", X_WTs)
     np.testing.assert_allclose(found.configurations, q, atol=1e-8)
+
+
+def random_quaternions(rng, count):
+    """Return some of length 1."""
+    Q = rng.normal(size=(count, 4))
+    return Q / np.linalg.norm(Q, axis=1)[:, np.newaxis]
+
+
+def test_turns_of_a_floating_joint_are_told_by_its_name(tmp_path):
+    """Four of them are its quaternion, up to the sign of that."""
+    drone = SceneGraphCollisionChecker(diagram(tmp_path, DRONE)).plan.tree
+    rng, q = np.random.default_rng(5), np.repeat([drone.zero_configuration()], 200, axis=0)
+    chain_of = ToolChain.of(drone, "body", np.eye(4), np.ones(7, dtype=bool), q[0])
+    names = ["free.x", "free.y", "free.z", *["free"] * 4]
+    assert chain_of.names(drone.position_names) == names
+    q[:, :4] = random_quaternions(rng, 200)
+    x = chain_of.coordinates(q)
+    np.testing.assert_allclose(chain_of.configurations(x, q), q, atol=1e-15)
+    assert (np.abs(np.sin(x[:, 4])) <= np.sqrt(0.5)).all()
+    other = x + rng.normal(size=x.shape)
+    there = chain_of.configurations(other, q)
+    again = np.array([chain_of.regular(each) for each in other])
+    np.testing.assert_allclose(chain_of.configurations(again, q), there, atol=1e-15)
+    angles = 2.0 * np.arccos((q[:, :4] * there[:, :4]).sum(axis=1).clip(-1.0, 1.0))
+    np.testing.assert_allclose(chain_of.changes(x, other)[:, 3], angles, atol=1e-7)
+
+
+@pytest.mark.parametrize("is_near", [False, True])
+def test_a_drone_may_turn_any_way(tmp_path, is_near):
+    """Quarter turns about two axes, where three angles have two axes that are one."""
+    drone = SceneGraphCollisionChecker(diagram(tmp_path, DRONE)).plan.tree
+    steep = 0.5 * np.pi * np.array([1.0, -1.0, 1.0 - 1e-9])
+    rng = np.random.default_rng(3)
+    X_WTs = np.array(
+        [
+            pose_from_xyz_rpy(rng.normal(size=3), (a, pitch, b))
+            for pitch in steep
+            for a, b in 0.5 * np.pi * rng.integers(-4, 5, (40, 2))
+            + rng.choice([0.0, 0.3], (40, 2))
+        ]
+    )
+    near = None
+    if is_near:
+        near = np.repeat(drone.zero_configuration()[np.newaxis], len(X_WTs), axis=0)
+        near[:, :4] = random_quaternions(rng, len(X_WTs))
+    found = inverse_kinematics_of_poses(drone, "body", X_WTs, near=near)
+    assert_reached(drone, "body", X_WTs, found)
+    if is_near:
+        # Of the two quaternions that are one turn, the nearer one.
+        assert ((found.configurations * near)[:, :4].sum(axis=1) >= 0.0).all()
 
 
 @pytest.mark.parametrize("near", [None, [0.3, -0.2]])
