@@ -26,14 +26,14 @@ _ASKED = 2
 
 
 def load_volume_mesh(path: str | os.PathLike[str]) -> VolumeMesh:
-    """Read the tetrahedra of a .vtk or .vtu file; other cells in it are left out.
+    """Read the tetrahedra of a .vtk or .vtu file; triangles, lines and points are left out.
 
     Vertices that no tetrahedron uses are dropped, and tetrahedra numbered the other way round are
     turned, as writers disagree about it.
 
     Raises:
-        MeshError: the file is missing or unreadable, holds no tetrahedra, or they are no mesh;
-            names the file and the reason.
+        MeshError: the file is missing or unreadable, holds no tetrahedra, or other solid cells, or
+            they are no mesh; names the file and the reason.
 
     """
     name = f"mesh file {os.fspath(path)!r}"
@@ -61,6 +61,9 @@ def parse_volume_mesh(contents: bytes, file_type: str, *, name: str) -> VolumeMe
     if not blocks:
         kinds = sorted({block.type for block in loaded.cells})
         raise MeshError(f"{name}: there are no tetrahedra, but {', '.join(kinds) or 'no cells'}")
+    others = sorted({b.type for b in loaded.cells if b.dim == 3 and b.type != "tetra"})
+    if others:
+        raise MeshError(f"{name}: beside tetrahedra there are {', '.join(others)}, not read")
     points = np.asarray(loaded.points, dtype=np.float64)
     corners = np.concatenate(blocks).astype(np.int64)
     if points.ndim != 2 or points.shape[1] != 3:
