@@ -175,9 +175,11 @@ def _repaired_parts(
     ways: list[tuple[IntArray, int | None, list[Repair]]] = []
     if turned <= _TURNED:
         copies = list[Repair]()
-        ways.append((without_copies(vertices, triangles, copies), None, copies))
-        if copies:
-            ways.append((triangles, None, []))
+        single = without_copies(vertices, triangles, copies)
+        # Where nothing is open, what is written twice is of two bodies.
+        if copies and len(open_half_edges(triangles, by_ways=True)[1]):
+            ways.append((single, None, copies))
+        ways.append((triangles, None, []))
     if turned or doubled:
         ways += [(triangles, layers, []) for layers in ((2, 0) if doubled else (2,))]
     found = []
@@ -187,11 +189,12 @@ def _repaired_parts(
         parts = find_parts(vertices, rest, tolerance)
         still_open = int(np.count_nonzero(~parts.is_closed[parts.label]))
         by_ways = layers is None
-        found.append((still_open, by_ways, parts, membranes, before + repairs))
+        one = parts, membranes, before + repairs
         # Where all run as they do in the file, the file says what is inside.
         if not still_open and not (by_ways and len(parts.against) + len(membranes)):
-            break
-    return min(found, key=lambda one: one[:2])[2:]
+            return one
+        found.append((still_open, by_ways, one))
+    return min(found, key=lambda each: each[:2])[2]
 
 
 def _has_doubles(triangles: IntArray) -> bool:

@@ -19,15 +19,17 @@ HOW = {
     "turned": {"is_turned": True},
     "turned, in single precision": {"is_turned": True, "is_single": True},
     "with doubled triangles": {"doubles": 2},
+    "in whole faces": {"pieces": 1},
+    "in whole faces, with doubled triangles": {"pieces": 1, "doubles": 2},
 }
 
 
-def split(rng, corners):
-    """Return triangles (n, 3, 3), each cut at points of its sides at random."""
+def split(rng, corners, most):
+    """Return triangles (n, 3, 3), each cut at points of its sides into ``most`` pieces at most."""
     result = []
     for corner in corners:
         pieces = [corner]
-        for _ in range(rng.integers(3)):
+        for _ in range(rng.integers(most)):
             triangle = pieces.pop(rng.integers(len(pieces)))
             k, share = rng.integers(3), rng.choice([0.5, 0.25, 0.3])
             point = (1.0 - share) * triangle[k] + share * triangle[(k + 1) % 3]
@@ -38,7 +40,7 @@ def split(rng, corners):
     return np.array(result)
 
 
-def boxes_in_pieces(rng, *, is_turned=False, is_single=False, doubles=0):
+def boxes_in_pieces(rng, *, is_turned=False, is_single=False, doubles=0, pieces=3):
     """Return boxes, and their triangles (n, 3, 3)."""
     lowers = rng.integers(0, 4, (rng.integers(2, 5), 3))
     uppers = lowers + rng.integers(1, 4, lowers.shape)
@@ -48,7 +50,7 @@ def boxes_in_pieces(rng, *, is_turned=False, is_single=False, doubles=0):
     for lower, upper in zip(lowers, uppers, strict=True):
         axes = np.stack([lower, upper], axis=1).astype(float)
         points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-        corners.append(split(rng, points[FACES]))
+        corners.append(split(rng, points[FACES], pieces))
     corners = np.concatenate(corners)
     corners = boxes.placed(corners.reshape(-1, 3)).reshape(-1, 3, 3)
     corners = np.concatenate([corners, corners[rng.integers(len(corners), size=doubles)]])
