@@ -13,6 +13,7 @@ from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.distinct_rows import distinct_rows
 from scene_graph_ros.geometry.meshes.io import read_file, VOLUME_FILE_TYPES
 from scene_graph_ros.geometry.meshes.limited_inflate import limited_inflate
+from scene_graph_ros.geometry.meshes.mesh_points import check_vertices
 from scene_graph_ros.geometry.meshes.promises import check_is_there, check_promises
 from scene_graph_ros.geometry.meshes.solids.crossings import first_crossing
 from scene_graph_ros.geometry.meshes.solids.winding import winding_numbers
@@ -74,14 +75,13 @@ def parse_volume_mesh(contents: bytes, file_type: str, *, name: str) -> VolumeMe
     distinct = distinct_rows(points + 0.0)
     used, corners = np.unique(distinct.first[distinct.inverse][corners], return_inverse=True)
     points, corners = points[used], corners.reshape(-1, 4)
-    # Coordinates near the largest number have no volume; what is none is refused.
-    with np.errstate(all="ignore"):
-        negative = VolumeMesh.trusted(points, corners).volumes() < 0.0
-        corners[negative, :2] = corners[negative, 1::-1]
-        try:
-            mesh = VolumeMesh(points, corners)
-        except MeshError as error:
-            raise MeshError(f"{name}: {error}") from error
+    check_vertices(points, name)
+    negative = VolumeMesh.trusted(points, corners).volumes() < 0.0
+    corners[negative, :2] = corners[negative, 1::-1]
+    try:
+        mesh = VolumeMesh(points, corners)
+    except MeshError as error:
+        raise MeshError(f"{name}: {error}") from error
     _refuse_overlaps(mesh, name)
     return mesh
 
@@ -94,16 +94,14 @@ def _refuse_overlaps(mesh: VolumeMesh, name: str) -> None:
     tetrahedron: its middle and random points are asked, since on a grid edges alone may cross.
     """
     boundary = mesh.boundary_triangles()
-    # Squares of coordinates near the largest number are infinite.
-    with np.errstate(all="ignore"):
-        point = first_crossing(mesh.vertices, boundary)
-        if point is None:
-            weights = np.random.default_rng(3).dirichlet(np.ones(4), _ASKED)
-            weights = np.vstack([np.full(4, 0.25), weights])
-            corners = mesh.vertices[mesh.tetrahedra]
-            inner = np.concatenate([(corners * w[:, None]).sum(axis=1) for w in weights])
-            many = np.flatnonzero(winding_numbers(inner, mesh.vertices, boundary) > 1)
-            point = inner[many[0]] if len(many) else None
+    point = first_crossing(mesh.vertices, boundary)
+    if point is None:
+        weights = np.random.default_rng(3).dirichlet(np.ones(4), _ASKED)
+        weights = np.vstack([np.full(4, 0.25), weights])
+        corners = mesh.vertices[mesh.tetrahedra]
+        inner = np.concatenate([(corners * w[:, None]).sum(axis=1) for w in weights])
+        many = np.flatnonzero(winding_numbers(inner, mesh.vertices, boundary) > 1)
+        point = inner[many[0]] if len(many) else None
     if point is not None:
         place = ", ".join(f"{x:.6g}" for x in point)
         raise MeshError(f"{name}: tetrahedra overlap at ({place})")

@@ -318,7 +318,7 @@ def _on_edge(
     a, b = vertices[ends[0]], vertices[ends[1]]
     along = b - a
     square = float(product(along, along))
-    if square <= tolerance**2:
+    if square <= tolerance * tolerance:
         return candidates[:0]
     arms = vertices[candidates] - a
     s = product(arms, along) / square
