@@ -27,7 +27,7 @@ class Document:
         for element in self.root.iter():
             element.tag = element.tag.rpartition("}")[2]
             if "id" in element.attrib:
-                self._by_id.setdefault((element.tag, element.get("id")), element)
+                self._by_id.setdefault((element.tag, element.get("id", "")), element)
 
     def target(self, address: str | None, tag: str) -> Element:
         """Return the element of a tag that an address such as ``"#id"`` is of.
