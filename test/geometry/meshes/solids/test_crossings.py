@@ -63,7 +63,7 @@ def test_a_surface_that_crosses_itself_along_edges_is_cut(name, turn, is_alone):
 
 
 def meet(one, other):
-    """Tell whether the insides of two triangles of whole numbers have a segment in common, exactly.
+    """Tell whether the insides of two triangles of whole numbers share a segment, exactly.
 
     None where they are in parallel planes, or one has no area.
     """
