@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from typing import Any
 from xml.etree import ElementTree
 
@@ -22,12 +23,20 @@ class Document:
     def __init__(self, contents: bytes) -> None:
         """Parse a file, in any namespace. Raises ElementTree.ParseError."""
         self.root: Element = ElementTree.fromstring(contents)  # noqa: S314
-        self._by_id: dict[tuple[str, str], Element] = {}
         self._numbers: dict[str, FloatArray] = {}
         for element in self.root.iter():
             element.tag = element.tag.rpartition("}")[2]
-            if "id" in element.attrib:
-                self._by_id.setdefault((element.tag, element.get("id", "")), element)
+        self._by_id = _by_id(self.root)
+
+    def within(self, element: Element) -> Document:
+        """Return the document as it is seen from within an element.
+
+        Of elements with one id, which some files have, that in it is meant.
+        """
+        seen = copy(self)
+        seen._numbers = {}
+        seen._by_id = {**self._by_id, **_by_id(element)}
+        return seen
 
     def target(self, address: str | None, tag: str) -> Element:
         """Return the element of a tag that an address such as ``"#id"`` is of.
@@ -72,6 +81,15 @@ class Document:
         if key not in self._numbers:
             self._numbers[key] = floats_of(array)
         return self._numbers[key]
+
+
+def _by_id(element: Element) -> dict[tuple[str, str], Element]:
+    """Return an element and those in it by their tags and ids; the first of several."""
+    found: dict[tuple[str, str], Element] = {}
+    for one in element.iter():
+        if "id" in one.attrib:
+            found.setdefault((one.tag, one.get("id", "")), one)
+    return found
 
 
 def floats_of(element: Element) -> FloatArray:

@@ -114,7 +114,7 @@ def dae_coordinates(contents: bytes, name: str) -> FloatArray:
         for body, _, instance in placed:
             material = material_of(document, instance, body.material)
             number = None if material is None else material.number
-            found.append(coordinates_of(document, body, number))
+            found.append(coordinates_of(body, number))
     except _NONSENSE as error:
         raise MeshError(f"{name}: unreadable texture coordinates: {quoted(error)}") from error
     return np.concatenate(found)
@@ -251,7 +251,7 @@ def _looks(
         material: Material | None = material_of(document, instance, body.material)
         row = -1
         if material is None:
-            colors.append(colors_of(document, body))
+            colors.append(colors_of(body))
         else:
             colors.append(np.tile(material.color, (len(body.cut), 1)))
             if material.address is not None:

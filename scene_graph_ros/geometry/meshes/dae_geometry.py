@@ -49,6 +49,8 @@ class Body(NamedTuple):
     """(m, 3): the corners of triangles, counter-clockwise seen from outside."""
     material: str | None
     """The symbol that a scene binds to a material."""
+    document: Document
+    """As it is seen from within the geometry."""
 
 
 def bodies_of(geometry: Any, document: Document, name: str, repairs: list[Repair]) -> list[Body]:
@@ -57,6 +59,7 @@ def bodies_of(geometry: Any, document: Document, name: str, repairs: list[Repair
     ``repairs`` gets the repairs. Raises MeshError for polygons with holes and what is no mesh,
     ValueError for numbers that don't fit together.
     """
+    document = document.within(geometry)
     mesh, called = geometry.find("mesh"), quoted(geometry.get("id"))
     if mesh is None:
         kinds = [child.tag for child in geometry if child.tag not in ("asset", "extra", "spline")]
@@ -105,7 +108,7 @@ def _body(element: Any, document: Document, name: str, repairs: list[Repair]) ->
         if len(rows) != sizes.sum() or sizes.min(initial=0) < 0:
             raise ValueError(f"{len(rows)} corners of {element.tag} that have {sizes.sum()}")
         cut = _of_polygons(points, corners, sizes, name, repairs)
-    return Body(points, rows, inputs, position.offset, cut, element.get("material"))
+    return Body(points, rows, inputs, position.offset, cut, element.get("material"), document)
 
 
 def _inputs(element: Any, document: Document) -> Iterator[Input]:

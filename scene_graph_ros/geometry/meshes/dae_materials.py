@@ -87,15 +87,15 @@ def _number(bound: Any, symbol: str | None) -> str | None:
     return None
 
 
-def colors_of(document: Document, body: Body) -> FloatArray:
+def colors_of(body: Body) -> FloatArray:
     """Return colours (m, 3), 0 to 1, of triangles by the mean of their corners'; NaN for none."""
     told = next((one for one in body.inputs if one.semantic == "COLOR"), None)
     if told is None:
         return np.full((len(body.cut), 3), np.nan)
-    return np.clip(_at_corners(document, body, told, "RGB").mean(axis=1), 0.0, 1.0)
+    return np.clip(_at_corners(body, told, "RGB").mean(axis=1), 0.0, 1.0)
 
 
-def coordinates_of(document: Document, body: Body, number: str | None) -> FloatArray:
+def coordinates_of(body: Body, number: str | None) -> FloatArray:
     """Return texture coordinates (m, 3, 2) of the corners of triangles, NaN for none.
 
     ``number`` is that of the inputs which is meant, None for the first.
@@ -104,12 +104,12 @@ def coordinates_of(document: Document, body: Body, number: str | None) -> FloatA
     if not inputs:
         return np.full((len(body.cut), 3, 2), np.nan)
     chosen = next((one for one in inputs if one.number == number), inputs[0])
-    return _at_corners(document, body, chosen, "ST")
+    return _at_corners(body, chosen, "ST")
 
 
-def _at_corners(document: Document, body: Body, told: Input, names: str) -> FloatArray:
+def _at_corners(body: Body, told: Input, names: str) -> FloatArray:
     """Return the numbers (m, 3, k) of an input at the corners of triangles."""
-    values, index = document.source(told.source, names), body.rows[body.cut, told.offset]
+    values, index = body.document.source(told.source, names), body.rows[body.cut, told.offset]
     if index.min(initial=0) < 0:
         raise IndexError(f"{told.semantic} refers to row {index.min()}")
     return values[index]

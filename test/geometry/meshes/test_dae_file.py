@@ -155,6 +155,17 @@ def test_bodies_are_counted_before_they_are_placed(monkeypatch):
     assert "more than 11 vertices or triangles" in refusal(scene=scene)
 
 
+def test_of_sources_with_one_id_that_of_the_geometry_is_meant():
+    """As a gripper's file has it: two geometries whose sources are called alike."""
+    whole = corner().decode()
+    geometry = whole[whole.index("<geometry") : whole.index("</library_geometries>")]
+    other = geometry.replace('id="g"', 'id="h"').replace(">0 0 0 1 0 0 0", ">0 0 0 5 0 0 0")
+    contents = whole.replace("</library_geometries>", other + "</library_geometries>")
+    contents = contents.replace("</node>", '<instance_geometry url="#h"/></node>', 1)
+    vertices = read_mesh_contents(contents.encode(), "dae", name="two corners")[0]
+    assert (len(vertices), vertices[:, 0].tolist()) == (8, [0, 1, 0, 0, 0, 5, 0, 0])
+
+
 def test_lines_and_curves_are_no_surface():
     """Beside triangles they do not matter; alone there is nothing."""
     lines = f'<lines count="1">{INPUT}<p>0 1</p></lines>'
