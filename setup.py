@@ -49,7 +49,6 @@ setup(
         "meshio",
         f"numba=={version('numba')}" if HAS_KERNELS else "numba",
         "numpy",
-        "pycollada",
         "pydantic>=2",
         "pyyaml",
         "scipy",

@@ -24,6 +24,10 @@ MIN_SHAPE_SIZE = 1e-9
 MAX_SHAPE_SIZE = 1e9
 """Metres. Largest accepted size parameter of a shape."""
 
+MIN_MESH_SIZE = 1e-30
+"""Metres. A mesh or hull whose largest extent is smaller is refused, but for a single point: the
+squares of its volumes would be below the smallest of all numbers."""
+
 MIN_SCALE = 1e-8
 """Smallest accepted magnitude of a mesh's scale factor, per axis (dimensionless)."""
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.gltf_file import binary_part, data_of
 
-__all__ = ["Accessors"]
+__all__ = ["Accessors", "entry"]
 
 _TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
@@ -25,6 +25,14 @@ def _packed(shape: tuple[int, int], dtype: np.dtype[Any], length: int) -> int:
     size = shape[1] * dtype.itemsize
     aligned = -4 * (-size // 4)
     return aligned if shape[1] > 1 and shape[0] * aligned == length else size
+
+
+def entry(tree: dict[str, Any], key: str, index: Any) -> Any:
+    """Return an entry of one of a document's lists. Raises ValueError where it has none."""
+    entries = tree.get(key, ())
+    if type(index) is not int or not 0 <= index < len(entries):
+        raise ValueError(f"there is no entry {index!r} of its {key}")
+    return entries[index]
 
 
 class Accessors:
@@ -70,10 +78,7 @@ class Accessors:
         return result if sparse is None else self._with_sparse(result, sparse, where)
 
     def _accessor(self, index: Any) -> dict[str, Any]:
-        accessors = self._tree.get("accessors", [])
-        if not isinstance(index, int) or not 0 <= index < len(accessors):
-            raise MeshError(f"{self._name}: there is no accessor {index!r}")
-        found: dict[str, Any] = accessors[index]
+        found: dict[str, Any] = entry(self._tree, "accessors", index)
         return found
 
     def _with_sparse(self, values: NDArray[Any], sparse: Any, where: str) -> NDArray[Any]:
@@ -92,7 +97,7 @@ class Accessors:
         self, index: int, start: int, shape: tuple[int, int], dtype: np.dtype[Any], where: str
     ) -> NDArray[Any]:
         """Return numbers of a view of a buffer, one row after another or at its stride."""
-        view = self._tree["bufferViews"][index]
+        view = entry(self._tree, "bufferViews", index)
         extensions = view.get("extensions", {})
         data = self.buffer_view(index)
         stride = view.get("byteStride") or _packed(shape, dtype, len(data) - start)
@@ -107,7 +112,7 @@ class Accessors:
 
     def buffer_view(self, index: Any) -> bytes:
         """Return the bytes of a view of a buffer. Raises MeshError for one beyond its buffer."""
-        view = self._tree["bufferViews"][index]
+        view = entry(self._tree, "bufferViews", index)
         data = self._buffer(view["buffer"])
         start, length = view.get("byteOffset", 0), view["byteLength"]
         if min(start, length) < 0 or start + length > len(data):
@@ -116,7 +121,7 @@ class Accessors:
 
     def _buffer(self, index: int) -> bytes:
         if index not in self._buffers:
-            buffer = self._tree["buffers"][index]
+            buffer = entry(self._tree, "buffers", index)
             data = data_of(buffer["uri"]) if "uri" in buffer else None
             if data is None and index == 0 and "uri" not in buffer:
                 data = binary_part(self._contents, self._file_type)

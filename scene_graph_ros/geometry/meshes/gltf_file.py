@@ -53,9 +53,11 @@ def with_document(contents: bytes, file_type: str, tree: Any) -> bytes:
 
 def binary_part(contents: bytes, file_type: str) -> bytes:
     """Return the buffer that a GLB file holds without a name; nothing for another file."""
-    if file_type == "gltf":
+    start = _HEADER.size + _CHUNK.size + _length_of_document(contents)
+    if file_type == "gltf" or contents[start + 4 : start + _CHUNK.size] != b"BIN\0":
         return b""
-    return contents[_HEADER.size + 2 * _CHUNK.size + _length_of_document(contents) :]
+    length = int.from_bytes(contents[start : start + 4], "little")
+    return contents[start + _CHUNK.size :][:length]
 
 
 def _length_of_document(contents: bytes) -> int:

@@ -16,11 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.errors import MeshError
-from scene_graph_ros.geometry.meshes.gltf_accessors import Accessors
+from scene_graph_ros.geometry.meshes.gltf_accessors import Accessors, entry
 from scene_graph_ros.geometry.meshes.gltf_draco import decoded_draco, DRACO
 from scene_graph_ros.geometry.meshes.gltf_file import document_of
 from scene_graph_ros.geometry.meshes.promises import MAX_CORNERS, MAX_PLACES
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.spatial.sums import length
+from scene_graph_ros.geometry.tolerances import QUATERNION_NORM_DEFECT
 
 __all__ = ["plain_gltf"]
 
@@ -34,6 +36,12 @@ _LINES = (1, 2, 3)
 
 _Z_UP = [1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1]
 """By columns: the matrix of a node that turns +Y up to +Z up."""
+
+_LAST_ROW = 1e-6
+"""How far the last row of a matrix may be from (0, 0, 0, 1), which single precision rounds."""
+
+_PACKED = 0.02
+"""By how much the length of a quaternion of bytes, as instances may have it, is off."""
 
 _NONSENSE = (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
 
@@ -115,7 +123,10 @@ class _Plain:
         """Return the nodes of the scene that is shown; without one, all that are roots."""
         scenes = self._tree.get("scenes") or []
         if scenes:
-            return [int(i) for i in scenes[self._tree.get("scene", 0)].get("nodes", ())]
+            shown = entry(self._tree, "scenes", self._tree.get("scene", 0)).get("nodes", ())
+            for index in shown:
+                entry(self._tree, "nodes", index)
+            return list(shown)
         children = {child for node in nodes for child in node.get("children", ())}
         roots = [i for i in range(len(nodes)) if i not in children]
         if not nodes:
@@ -129,6 +140,7 @@ class _Plain:
     def _node(self, node: dict[str, Any]) -> dict[str, Any]:
         kept = ("children", "matrix", "translation", "rotation", "scale", "name")
         result = {key: node[key] for key in kept if key in node}
+        _check_pose(result, QUATERNION_NORM_DEFECT)
         if "mesh" not in node:
             return result
         if "skin" in node:
@@ -161,12 +173,14 @@ class _Plain:
             raise MeshError(f"{self._name}: it places meshes more than {MAX_PLACES} times")
         for i in range(max(counts) if mesh is not None else 0):
             children.append(len(nodes))
-            nodes.append({"mesh": mesh, **{key: v[i].tolist() for key, v in columns.items()}})
+            pose = {key: values[i].tolist() for key, values in columns.items()}
+            _check_pose(pose, _PACKED)
+            nodes.append({"mesh": mesh, **pose})
         node["children"] = children
 
     def _mesh(self, index: int, weights: tuple[float, ...]) -> int | None:
         """Return the index of a mesh with weights of morph targets; None for one of lines."""
-        mesh = self._tree["meshes"][index]
+        mesh = entry(self._tree, "meshes", index)
         weights = weights or tuple(mesh.get("weights", ()))
         key = (index, weights)
         if key not in self._mesh_of:
@@ -200,7 +214,10 @@ class _Plain:
         points = points + self._morphed(primitive.get("targets", ()), weights, points, where)
         self._check(points, corners, where)
         result: dict[str, Any] = {key: primitive[key] for key in ("material",) if key in primitive}
-        result["attributes"] = {"POSITION": self._write(points.astype("<f4"), "VEC3")}
+        # What is not finite is refused where all meshes are checked.
+        with np.errstate(over="ignore"):
+            positions = points.astype("<f4")
+        result["attributes"] = {"POSITION": self._write(positions, "VEC3")}
         for key, values in others.items():
             kind = f"VEC{values.shape[1]}"
             result["attributes"][key] = self._write(values, kind, ints=values.dtype.kind == "u")
@@ -263,6 +280,26 @@ class _Plain:
         }
         self._accessors.append({**accessor, "normalized": True} if ints else accessor)
         return len(self._accessors) - 1
+
+
+def _check_pose(node: dict[str, Any], defect: float) -> None:
+    """Raise ValueError for a node whose pose is not as the standard says.
+
+    ``defect`` is by how much the length of its quaternion may be off.
+    """
+    parts = {"translation": 3, "rotation": 4, "scale": 3, "matrix": 16}
+    numbers = {key: np.asarray(node[key], np.float64) for key in parts if key in node}
+    for key, values in numbers.items():
+        if values.shape != (parts[key],) or not np.isfinite(values).all():
+            raise ValueError(f"a node has the {key} {node[key]!r}")
+    if "rotation" in numbers and not abs(length(numbers["rotation"]) - 1.0) <= defect:
+        raise ValueError(f"a node has the rotation {node['rotation']!r}, which is not of length 1")
+    if "matrix" in numbers:
+        last = numbers["matrix"][3::4]
+        if not (np.abs(last - (0.0, 0.0, 0.0, 1.0)) <= _LAST_ROW).all():
+            raise ValueError(f"the last row of a node's matrix is {last.tolist()}")
+        if len(numbers) > 1:
+            raise ValueError("a node has a matrix and another pose")
 
 
 def _triangles_of(mode: int, corners: NDArray[np.int64], where: str) -> NDArray[np.int64]:

@@ -1,13 +1,12 @@
 """Read triangle meshes from files, from file contents in memory and from arrays.
 
-OBJ, OFF, PLY and STL are read by files of their names; DAE, GLB and glTF by trimesh, which is
+DAE, OBJ, OFF, PLY and STL are read by files of their names; GLB and glTF by trimesh, which is
 imported when such a file is met. A file with several bodies gives one mesh of them all, each
 with its transform applied. The unit that a COLLADA file states is applied; its up axis is not,
 as in RViz.
 """
 
 from collections.abc import Callable
-import importlib.util
 import io
 import os
 from pathlib import Path
@@ -18,8 +17,7 @@ import numpy as np
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.files import FileMark, MAX_MESH_BYTES, read_marked
 from scene_graph_ros.geometry.meshes.color_warnings import warn_of_color
-from scene_graph_ros.geometry.meshes.dae_pictures import AddressResolver
-from scene_graph_ros.geometry.meshes.dae_polygons import with_triangles
+from scene_graph_ros.geometry.meshes.dae_file import parse_dae
 from scene_graph_ros.geometry.meshes.file_pictures import FilePicture, FilePictures
 from scene_graph_ros.geometry.meshes.gltf_file import (
     buffers_beside,
@@ -32,6 +30,7 @@ from scene_graph_ros.geometry.meshes.obj_file import parse_obj
 from scene_graph_ros.geometry.meshes.off_file import parse_off
 from scene_graph_ros.geometry.meshes.ply_file import parse_ply
 from scene_graph_ros.geometry.meshes.promises import (
+    check_is_no_pointer,
     check_is_there,
     check_promises,
     MAX_CORNERS,
@@ -42,7 +41,6 @@ from scene_graph_ros.geometry.meshes.stl_file import parse_stl
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array, whole_array
 from scene_graph_ros.geometry.spatial.sums import determinant, moved
-from scene_graph_ros.missing_package import not_installed
 
 __all__ = [
     "MESH_FILE_TYPES",
@@ -66,13 +64,11 @@ _OWN: dict[str, Callable[[bytes, str, list[Repair]], Triangulation]] = {
 }
 """What is read here, and has no colours in the file itself."""
 
-_BY_TRIMESH = frozenset({"dae", "glb", "gltf"})
-"""What is left to trimesh. It knows others, among them archives and files that name files."""
 
 VOLUME_FILE_TYPES = ("vtk", "vtu")
 """Suffixes, without the dot, of files that may hold tetrahedra: ``volume_io`` reads them."""
 
-MESH_FILE_TYPES = tuple(sorted((*_BY_TRIMESH, *VOLUME_FILE_TYPES, *_OWN, "ply")))
+MESH_FILE_TYPES = tuple(sorted((*GLTF_TYPES, *VOLUME_FILE_TYPES, *_OWN, "dae", "ply")))
 """Suffixes of all files that can be read, without the dot."""
 
 FilesRead = tuple[tuple[Path, FileMark], ...]
@@ -132,7 +128,9 @@ def read_file_marked(path: str | os.PathLike[str]) -> tuple[bytes, FilesRead]:
     def read(place: str) -> bytes:
         nonlocal left
         beside = Path(path).parent / place
-        data, mark = _read_limited(beside, f"{name}: buffer {quoted(place)}", left)
+        called = f"{name}: buffer {quoted(place)}"
+        data, mark = _read_limited(beside, called, left)
+        check_is_no_pointer(data, called)
         files.append((beside, mark))
         left -= len(data)
         return data
@@ -170,10 +168,13 @@ def read_colored_mesh(contents: bytes, file_type: str, *, name: str) -> ColoredM
     if file_type == "ply":
         check_promises(contents, file_type, name)
         mesh = ColoredMesh(*parse_ply(contents, name, repairs))
+    elif file_type == "dae":
+        check_promises(contents, file_type, name)
+        mesh = ColoredMesh(*parse_dae(contents, name, repairs))
     elif file_type in _OWN:
         mesh = ColoredMesh(*_OWN[file_type](contents, name, repairs))
     else:
-        mesh = _read_by_trimesh(contents, file_type, name, repairs)
+        mesh = _read_gltf(contents, file_type, name)
     vertices, triangles = checked_mesh(mesh.vertices, mesh.triangles, name)
     return mesh._replace(vertices=vertices, triangles=triangles, repairs=tuple(repairs))
 
@@ -210,48 +211,31 @@ def _copied(array: Any, dtype: Any, label: str) -> np.ndarray:
     return result
 
 
-def _read_by_trimesh(
-    contents: bytes, file_type: str, name: str, repairs: list[Repair]
-) -> ColoredMesh:
-    if file_type not in _BY_TRIMESH:
+def _read_gltf(contents: bytes, file_type: str, name: str) -> ColoredMesh:
+    if file_type not in GLTF_TYPES:
         known = ", ".join(MESH_FILE_TYPES)
         raise MeshError(f"{name}: no reader for {quoted(file_type)}; known are {known}")
     check_promises(contents, file_type, name)
     import trimesh
 
-    # No textures are looked for: the resolver opens no other files.
-    resolver, by_name = AddressResolver(), {}
     try:
-        if file_type in GLTF_TYPES:
-            for uri in buffers_beside(contents, file_type):
-                raise MeshError(
-                    f"{name}: its buffer {quoted(uri)} is not in it; a .glb file has all in one"
-                )
-            by_name = _gltf_pictures(contents, file_type, name)
-            contents, file_type = plain_gltf(contents, file_type, name), "glb"
-            contents = without_images(contents, file_type)
-        elif file_type == "dae":
-            contents = with_triangles(contents, name, repairs)
+        for uri in buffers_beside(contents, file_type):
+            raise MeshError(
+                f"{name}: its buffer {quoted(uri)} is not in it; a .glb file has all in one"
+            )
+        by_name = _gltf_pictures(contents, file_type, name)
+        plain = without_images(plain_gltf(contents, file_type, name), "glb")
         # What is not finite is refused where all meshes are checked.
         with np.errstate(all="ignore"):
-            scene = trimesh.load(
-                io.BytesIO(contents),
-                file_type=file_type,
-                process=False,
-                force="scene",
-                resolver=resolver if file_type == "dae" else None,
-            )
+            scene = trimesh.load(io.BytesIO(plain), file_type="glb", process=False, force="scene")
             _check_size(scene, name)
-            mesh = ColoredMesh(
+            return ColoredMesh(
                 *_flatten(scene), scene_colors(scene, name), scene_pictures(scene, by_name)
             )
     except MeshError:
         raise
     except Exception as error:  # third-party parsers raise whatever they meet
         raise MeshError(f"{name}: unreadable {file_type}: {quoted(error)}") from error
-    if resolver.was_asked and importlib.util.find_spec("PIL") is None:
-        warn_of_color(not_installed(f"{name}: shown without its pictures: reading them", "pillow"))
-    return mesh
 
 
 def _gltf_pictures(contents: bytes, file_type: str, name: str) -> dict[str, FilePicture]:
@@ -263,7 +247,7 @@ def _gltf_pictures(contents: bytes, file_type: str, name: str) -> dict[str, File
 
 
 def _flatten(scene: Any) -> Triangulation:
-    """Concatenate the bodies of a trimesh scene in world coordinates, in metres if it says so."""
+    """Concatenate the bodies of a trimesh scene in world coordinates."""
     vertices, triangles, count = [np.zeros((0, 3))], [np.zeros((0, 3), dtype=np.int64)], 0
     for node in scene.graph.nodes_geometry:
         transform, key = scene.graph[node]
@@ -273,7 +257,7 @@ def _flatten(scene: Any) -> Triangulation:
         corners = np.asarray(getattr(body, "faces", np.zeros((0, 3))), dtype=np.int64)
         if determinant(transform[:3, :3]) < 0.0:
             corners = corners[:, ::-1]
-        vertices.append(points * _metres(body.metadata.get("units")))
+        vertices.append(points)
         triangles.append(corners + count)
         count += len(points)
     return np.concatenate(vertices), np.concatenate(triangles)
@@ -287,10 +271,3 @@ def _check_size(scene: Any, name: str) -> None:
         count += max(len(body.vertices), len(getattr(body, "faces", ())))
         if count > MAX_CORNERS:
             raise MeshError(f"{name}: more than {MAX_CORNERS} vertices or triangles")
-
-
-def _metres(unit: str | None) -> float:
-    """Return the factor of a COLLADA unit as trimesh reports it (``"0.01 * meters"``)."""
-    if unit is not None and unit.endswith("* meters"):
-        return float(unit.split("*", 1)[0])
-    return 1.0

@@ -8,8 +8,22 @@ from numpy.typing import ArrayLike, NDArray
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array
+from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
 
-__all__ = ["checked_element", "checked_points"]
+__all__ = ["check_vertices", "checked_element", "checked_points"]
+
+
+def check_vertices(points: NDArray[np.float64], name: str) -> None:
+    """Raise MeshError, naming the mesh, for vertices (v, 3) not finite or beyond MAX_COORDINATE.
+
+    Products of nine of those within are finite.
+    """
+    wrong = ~(np.abs(points) <= MAX_COORDINATE).all(axis=1)
+    if wrong.any():
+        row = int(wrong.argmax())
+        is_finite = np.isfinite(points[row]).all()
+        reason = f"not within {MAX_COORDINATE:g} m" if is_finite else "not finite"
+        raise MeshError(f"{name}: vertex {row} is {reason}: {points[row].tolist()}")
 
 
 def checked_points(points: ArrayLike, name: str) -> NDArray[np.float64]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from array import array
 from collections.abc import Iterator
 import io
+import re
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,9 @@ from scene_graph_ros.geometry.meshes.solids.mesh_report import Repair
 from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = ["obj_faces", "obj_lines", "obj_objects", "parse_obj"]
+
+_CONTINUED = re.compile(rb"^([^#\n]*)\\\n", re.MULTILINE)
+"""A comment may end with a backslash, as that of a folder does."""
 
 Arrays = tuple[NDArray[np.float64], NDArray[np.int64]]
 
@@ -98,7 +102,7 @@ def obj_lines(contents: bytes) -> Iterator[bytes]:
     if b"\r" in contents:
         contents = contents.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     if b"\\\n" in contents:
-        contents = contents.replace(b"\\\n", b" ")
+        contents = _CONTINUED.sub(rb"\1 ", contents)
     return iter(io.BytesIO(contents))
 
 
@@ -119,6 +123,6 @@ def _add_face(words: list[bytes], count: int, corners: array[int]) -> int:
 def _index(word: bytes, count: int) -> int:
     """Turn a corner such as ``7/1/2`` or ``-1`` into an index from 0."""
     index = int(word.split(b"/", 1)[0])
-    if index == 0 or abs(index) > 3 * MAX_CORNERS:
+    if index == 0 or index < -count or index > 3 * MAX_CORNERS:
         raise ValueError(f"there is no vertex {index}")
     return index - 1 if index > 0 else count + index

@@ -15,7 +15,8 @@ from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = ["parse_off"]
 
-_HEADER = re.compile(rb"^(ST)?(C)?(N)?OFF\b")
+_HEADER = re.compile(rb"(ST)?C?N?OFF(?=\d|$)")
+"""Some files have no space between it and the counts."""
 
 
 def parse_off(
@@ -38,8 +39,9 @@ def parse_off(
     header = _HEADER.match(lines[0][1][0]) if lines else None
     if header is None or lines[0][1][1:2] == [b"BINARY"]:
         raise MeshError(f"{name}: unreadable off: it does not begin with OFF, in words")
-    rest = lines[0][1][1:]
-    number = lines[0][0]
+    number, words = lines[0]
+    glued = words[0][header.end() :]
+    rest = [glued, *words[1:]] if glued else words[1:]
     lines = [(number, rest), *lines[1:]] if rest else lines[1:]
     try:
         number, words = lines[0]
@@ -48,15 +50,20 @@ def parse_off(
             raise ValueError(f"{count} vertices and {faces} faces")
         if len(lines) < 1 + count + faces:
             raise ValueError(f"the file ends before its last face, of {faces} that it states")
+        if len(lines) > 1 + count + faces:
+            number = lines[1 + count + faces][0]
+            raise ValueError(f"the file goes on after its last face, of {faces} that it states")
         vertices = np.zeros((count, 3))
         for row in range(count):
             number, words = lines[1 + row]
-            vertices[row] = [float(word) for word in words[:3]]
+            vertices[row] = float(words[0]), float(words[1]), float(words[2])
         corners, sizes = [], []
         for number, words in lines[1 + count : 1 + count + faces]:  # noqa: B007
             size = int(words[0])
             places = [int(word) for word in words[1 : 1 + size]]
-            if len(places) < size or (places and not 0 <= min(places) <= max(places) < count):
+            if not 0 <= size <= len(places) or (
+                places and not 0 <= min(places) <= max(places) < count
+            ):
                 raise ValueError(f"a face refers to {places}, there are {count} vertices")
             if size > 2:
                 corners += places

@@ -83,6 +83,8 @@ def _header(contents: bytes) -> tuple[list[_Element], str, bytes]:
             case ["format", kind, _] if kind in _ORDERS:
                 order = _ORDERS[kind]
             case ["element", label, count]:
+                if not count.isdecimal():
+                    raise ValueError(f"an element of {count[:60]!r} rows")
                 elements.append(_Element(label, int(count), []))
             case ["property", "list", count_kind, kind, label]:
                 one = _Property(label, _NUMBERS[kind], _NUMBERS[count_kind])
@@ -144,9 +146,9 @@ def _binary_table(element: _Element, order: str, body: bytes, at: int) -> tuple[
     return _uneven_table(element, _Bytes(body, at, order))
 
 
-def _check_list(size: int) -> None:
-    if not 0 <= size <= _MAX_LIST:
-        raise ValueError(f"a list of {size} entries")
+def _check_list(size: float) -> None:
+    if not 0 <= size <= _MAX_LIST or size % 1:
+        raise ValueError(f"a list of {size:.15g} entries")
 
 
 class _Bytes:
@@ -185,8 +187,9 @@ def _uneven_table(element: _Element, source: _Bytes | _Words) -> tuple[_Table, i
         for one in element.properties:
             size = 1
             if one.count_kind is not None:
-                size = int(source.take(one.count_kind, 1)[0])
-                _check_list(size)
+                stated = float(source.take(one.count_kind, 1)[0])
+                _check_list(stated)
+                size = int(stated)
                 sizes[one.name].append(size)
             numbers[one.name].append(source.take(one.kind, size))
     joined = {key: np.concatenate([np.zeros(0), *values]) for key, values in numbers.items()}
@@ -221,10 +224,10 @@ def _mesh(
             raise ValueError(f"more than {MAX_CORNERS} vertices or triangles")
         return vertices, np.zeros((0, 3), dtype=np.int64), None
     sizes, entries = faces.lists[named]
-    wrong = ~((entries >= 0) & (entries < len(vertices)))
+    wrong = ~((entries >= 0) & (entries < len(vertices)) & (entries == np.floor(entries)))
     if wrong.any():
         index = entries[wrong.argmax()]
-        raise ValueError(f"a face refers to vertex {index:.0f}, there are {len(vertices)}")
+        raise ValueError(f"a face refers to vertex {float(index):.15g}, there are {len(vertices)}")
     corners = entries.astype(np.int64)
     # What has less than three corners is no face.
     is_face = sizes > 2

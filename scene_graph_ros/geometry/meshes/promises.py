@@ -14,7 +14,13 @@ from xml.parsers import expat
 
 from scene_graph_ros.geometry.errors import MeshError
 
-__all__ = ["MAX_CORNERS", "MAX_PLACES", "check_is_there", "check_promises"]
+__all__ = [
+    "MAX_CORNERS",
+    "MAX_PLACES",
+    "check_is_no_pointer",
+    "check_is_there",
+    "check_promises",
+]
 
 MAX_CORNERS = 20_000_000
 """Vertices, and triangles, of all bodies of a file. Twenty million take half a gigabyte each."""
@@ -45,6 +51,11 @@ def check_is_there(contents: bytes, name: str) -> None:
     """Raise MeshError for an empty file, and for a pointer of Git LFS instead of the file."""
     if not contents.strip():
         raise MeshError(f"{name}: the file is empty")
+    check_is_no_pointer(contents, name)
+
+
+def check_is_no_pointer(contents: bytes, name: str) -> None:
+    """Raise MeshError for a pointer of Git LFS instead of a file."""
     if contents.startswith(_LFS_POINTER):
         raise MeshError(f"{name}: a Git LFS pointer, not the file itself: run git lfs pull")
 
@@ -70,6 +81,13 @@ def _check_ply(contents: bytes, name: str) -> None:
 
 
 def _check_glb(contents: bytes, name: str) -> None:
+    version, size = (int.from_bytes(contents[k : k + 4], "little") for k in (4, 8))
+    if contents[:4] != b"glTF":
+        raise MeshError(f"{name}: unreadable glb: it does not begin as a GLB file does")
+    if version != 2 or contents[16:20] != b"JSON":
+        raise MeshError(f"{name}: unreadable glb: of version {version}, not 2, or without JSON")
+    if size > len(contents):
+        raise MeshError(f"{name}: it has {len(contents)} bytes, of {size} that it states")
     length = int.from_bytes(contents[12:16], "little")
     _check_gltf(contents[20 : 20 + length], name)
 

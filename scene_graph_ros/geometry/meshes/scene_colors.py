@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.meshes.color_warnings import warn_of_color
-from scene_graph_ros.geometry.meshes.dae_pictures import address_of
 from scene_graph_ros.geometry.meshes.file_pictures import FilePicture, FilePictures
 from scene_graph_ros.geometry.quoting import quoted
 
@@ -60,8 +59,7 @@ def _of_material(material: Any) -> NDArray[np.float64] | None:
 def scene_pictures(scene: Any, by_name: Mapping[str, FilePicture]) -> FilePictures | None:
     """Return the pictures of the triangles of all bodies in their order; None without any.
 
-    Those of glTF are found ``by_name`` of the material, those of COLLADA by the answers of an
-    AddressResolver.
+    They are found ``by_name`` of the material.
     """
     numbers: dict[FilePicture, int] = {}
     rows = [np.zeros(0, np.int32)]
@@ -69,9 +67,6 @@ def scene_pictures(scene: Any, by_name: Mapping[str, FilePicture]) -> FilePictur
         body = scene.geometry[scene.graph[node][1]]
         material = getattr(getattr(body, "visual", None), "material", None)
         picture = by_name.get(getattr(material, "name", None) or "")
-        address = address_of(getattr(material, "baseColorTexture", None))
-        if address is not None:
-            picture = FilePicture(address)
         row = -1 if picture is None else numbers.setdefault(picture, len(numbers))
         rows.append(np.full(len(getattr(body, "faces", ())), row, np.int32))
     return FilePictures(tuple(numbers), np.concatenate(rows)) if numbers else None

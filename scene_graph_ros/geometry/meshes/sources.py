@@ -38,7 +38,7 @@ from scene_graph_ros.geometry.meshes.vertex_cells import cells_of
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.mesh_pieces import BY_OBJECTS
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
-from scene_graph_ros.geometry.tolerances import MAX_SHAPE_SIZE
+from scene_graph_ros.geometry.tolerances import MAX_SHAPE_SIZE, MIN_MESH_SIZE
 
 if TYPE_CHECKING:
     from scene_graph_ros.geometry.meshes.volume_mesh import VolumeMesh
@@ -98,6 +98,10 @@ def load_surface(shape: MeshShape) -> tuple[np.ndarray, np.ndarray]:
     if not np.abs(scaled).max() <= MAX_SHAPE_SIZE:
         raise MeshError(
             f"{_name(shape)}: scaled by {shape.scale} it reaches further than {MAX_SHAPE_SIZE:g} m"
+        )
+    if 0.0 < float(np.ptp(scaled, axis=0).max()) < MIN_MESH_SIZE:
+        raise MeshError(
+            f"{_name(shape)}: scaled by {shape.scale} it is smaller than {MIN_MESH_SIZE:g} m"
         )
     return scaled, triangles
 

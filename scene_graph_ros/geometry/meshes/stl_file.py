@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 import re
 
 import numpy as np
@@ -15,8 +16,9 @@ __all__ = ["parse_stl"]
 
 _HEAD = 84
 _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-_VERTEX = re.compile(rb"^[ \t]*vertex[ \t]+([^\r\n]*)", re.MULTILINE | re.IGNORECASE)
-_FACET = re.compile(rb"^[ \t]*endfacet\b", re.MULTILINE | re.IGNORECASE)
+_VERTEX = re.compile(rb"\bvertex\b", re.IGNORECASE)
+_FACET = re.compile(rb"\bfacet\b(.*?)\bendfacet\b", re.DOTALL | re.IGNORECASE)
+_BEGINS = re.compile(rb"\bfacet\s+normal\b", re.IGNORECASE)
 
 
 def parse_stl(contents: bytes, name: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
@@ -41,7 +43,7 @@ def parse_stl(contents: bytes, name: str) -> tuple[NDArray[np.float64], NDArray[
 
 
 def _is_text(contents: bytes) -> bool:
-    """Tell whether a file has triangles in words: ``solid``, or ``facet`` and ``vertex`` lines."""
+    """Tell whether a file has triangles in words: it begins with ``solid``, or has vertices."""
     head = contents[:4096].lower()
     if head.removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"solid") and b"\0" not in head:
         return True
@@ -63,15 +65,22 @@ def _binary(contents: bytes, count: int, name: str) -> NDArray[np.float64]:
 
 
 def _text(contents: bytes, name: str) -> NDArray[np.float64]:
-    contents = contents.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-    lines = [match[1] for match in _VERTEX.finditer(contents)]
-    facets = sum(1 for _ in _FACET.finditer(contents))
-    if len(lines) != 3 * facets:
-        raise MeshError(
-            f"{name}: unreadable stl: {len(lines)} vertices for {facets} facets, which have three"
-        )
-    try:
-        numbers = np.array([line.split() for line in lines], dtype=np.float64).reshape(-1, 3, 3)
-    except ValueError as error:
-        raise MeshError(f"{name}: unreadable stl: {quoted(error)}") from error
-    return numbers
+    """Return (m, 3, 3) corners; lines may end anywhere."""
+    numbers, facets = array("d"), 0
+    for facet in _FACET.finditer(contents):
+        facets += 1
+        words = facet[1].lower().split()
+        first = words.index(b"vertex") if b"vertex" in words else 0
+        corners, rest = words[first : first + 12], words[first + 12 :]
+        if corners[::4] != [b"vertex"] * 3 or len(corners) < 12 or rest not in ([], [b"endloop"]):
+            raise MeshError(
+                f"{name}: unreadable stl: facet {facets} does not have three vertices of three"
+                " numbers"
+            )
+        try:
+            numbers.extend([float(word) for k, word in enumerate(corners) if k % 4])
+        except ValueError as error:
+            raise MeshError(f"{name}: unreadable stl: facet {facets}: {quoted(error)}") from error
+    if sum(1 for _ in _BEGINS.finditer(contents)) > facets:
+        raise MeshError(f"{name}: unreadable stl: it ends within facet {facets + 1}")
+    return np.frombuffer(numbers, dtype=np.float64).reshape(-1, 3, 3)

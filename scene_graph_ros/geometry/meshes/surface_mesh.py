@@ -11,7 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.io import checked_mesh, read_mesh
-from scene_graph_ros.geometry.meshes.mesh_points import checked_element, checked_points
+from scene_graph_ros.geometry.meshes.mesh_points import (
+    check_vertices,
+    checked_element,
+    checked_points,
+)
 from scene_graph_ros.geometry.meshes.surfaces import is_closed_surface
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array
@@ -33,11 +37,12 @@ class SurfaceMesh:
         """Take ``(n, 3)`` positions and ``(m, 3)`` indices, m > 0.
 
         Raises:
-            MeshError: an array is empty or of another shape or type, a coordinate not finite or an
-                index out of range.
+            MeshError: an array is empty or of another shape or type, a coordinate not finite or
+                beyond MAX_COORDINATE, or an index out of range.
 
         """
         points, corners = checked_mesh(vertices, triangles, "SurfaceMesh")
+        check_vertices(points, "SurfaceMesh")
         if not len(corners):
             raise MeshError("SurfaceMesh: there are no triangles")
         points.flags.writeable = False
@@ -179,4 +184,6 @@ def read_obj_to_surface_mesh(filename: str | os.PathLike[str], scale: float = 1.
     vertices, triangles = read_mesh(filename)
     if not len(triangles):
         raise MeshError(f"mesh file {os.fspath(filename)!r}: there are no triangles")
-    return SurfaceMesh(factor * vertices, triangles)
+    with np.errstate(over="ignore"):  # what is not finite is refused
+        scaled = factor * vertices
+    return SurfaceMesh(scaled, triangles)

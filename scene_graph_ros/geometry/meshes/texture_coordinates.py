@@ -1,6 +1,6 @@
 """Where the corners of a mesh's triangles are on a picture, read when the mesh gets one.
 
-OBJ files have ``vt`` lines; DAE, GLB and glTF are read by trimesh. Coordinates are (u, v): (0, 0)
+OBJ files have ``vt`` lines; GLB and glTF are read by trimesh. Coordinates are (u, v): (0, 0)
 is the lower left corner of the picture and (1, 1) the upper right one, as in OBJ files.
 """
 
@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.cache import BuildCache
-from scene_graph_ros.geometry.meshes.dae_polygons import with_triangles
+from scene_graph_ros.geometry.meshes.dae_file import dae_coordinates
+from scene_graph_ros.geometry.meshes.gltf_file import GLTF_TYPES
 from scene_graph_ros.geometry.meshes.gltf_materials import without_images
 from scene_graph_ros.geometry.meshes.gltf_plain import plain_gltf
 from scene_graph_ros.geometry.meshes.io import read_file
@@ -28,7 +29,7 @@ from scene_graph_ros.geometry.spatial.sums import determinant
 __all__ = ["coordinates_of_file", "texture_coordinates"]
 
 _CAPACITY = 1024
-_BY_TRIMESH = ("dae", "glb", "gltf")
+_KNOWN = ("obj", "dae", *GLTF_TYPES)
 
 Coordinates = NDArray[np.float64]
 
@@ -69,16 +70,16 @@ def _name(shape: MeshShape) -> str:
 def _read(shape: MeshShape, name: str) -> Coordinates:
     count = len(load_surface(shape)[1])
     contents = read_file(shape.path) if shape.path is not None else shape.contents
-    if contents is None or shape.file_type not in ("obj", *_BY_TRIMESH):
+    if contents is None or shape.file_type not in _KNOWN:
         raise MeshError(
-            f"{name} has no texture coordinates; files of type obj, {', '.join(_BY_TRIMESH)} may"
-            " have some"
+            f"{name} has no texture coordinates; files of type {', '.join(_KNOWN)} may have some"
         )
-    found = (
-        _of_obj(contents, name)
-        if shape.file_type == "obj"
-        else _by_trimesh(contents, shape.file_type)
-    )
+    if shape.file_type == "obj":
+        found = _of_obj(contents, name)
+    elif shape.file_type == "dae":
+        found = dae_coordinates(contents, name)
+    else:
+        found = _of_gltf(contents, shape.file_type)
     if len(found) != count:
         raise MeshError(f"{name} has changed since it was read")
     return found
@@ -115,19 +116,13 @@ def _index(word: bytes, count: int) -> int:
     return index - 1 if index > 0 else count + index if index < 0 else -1
 
 
-def _by_trimesh(contents: bytes, file_type: str) -> Coordinates:
+def _of_gltf(contents: bytes, file_type: str) -> Coordinates:
     """Return the coordinates of all bodies, in the order in which ``io`` puts them together."""
     import trimesh
 
-    if file_type == "dae":
-        contents = with_triangles(contents, "COLLADA", [])
-    else:
-        contents, file_type = plain_gltf(contents, file_type, "glTF"), "glb"
-        contents = without_images(contents, file_type)
+    plain = without_images(plain_gltf(contents, file_type, "glTF"), "glb")
     with np.errstate(all="ignore"):
-        scene = trimesh.load(
-            io.BytesIO(contents), file_type=file_type, process=False, force="scene"
-        )
+        scene = trimesh.load(io.BytesIO(plain), file_type="glb", process=False, force="scene")
     parts = [np.zeros((0, 3, 2))]
     for node in scene.graph.nodes_geometry:
         transform, key = scene.graph[node]

@@ -13,6 +13,7 @@ from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.distinct_rows import distinct_rows
 from scene_graph_ros.geometry.meshes.io import read_file, VOLUME_FILE_TYPES
 from scene_graph_ros.geometry.meshes.limited_inflate import limited_inflate
+from scene_graph_ros.geometry.meshes.mesh_points import check_vertices
 from scene_graph_ros.geometry.meshes.promises import check_is_there, check_promises
 from scene_graph_ros.geometry.meshes.solids.crossings import first_crossing
 from scene_graph_ros.geometry.meshes.solids.winding import winding_numbers
@@ -26,14 +27,14 @@ _ASKED = 2
 
 
 def load_volume_mesh(path: str | os.PathLike[str]) -> VolumeMesh:
-    """Read the tetrahedra of a .vtk or .vtu file; other cells in it are left out.
+    """Read the tetrahedra of a .vtk or .vtu file; triangles, lines and points are left out.
 
     Vertices that no tetrahedron uses are dropped, and tetrahedra numbered the other way round are
     turned, as writers disagree about it.
 
     Raises:
-        MeshError: the file is missing or unreadable, holds no tetrahedra, or they are no mesh;
-            names the file and the reason.
+        MeshError: the file is missing or unreadable, holds no tetrahedra, or other solid cells, or
+            they are no mesh; names the file and the reason.
 
     """
     name = f"mesh file {os.fspath(path)!r}"
@@ -61,6 +62,9 @@ def parse_volume_mesh(contents: bytes, file_type: str, *, name: str) -> VolumeMe
     if not blocks:
         kinds = sorted({block.type for block in loaded.cells})
         raise MeshError(f"{name}: there are no tetrahedra, but {', '.join(kinds) or 'no cells'}")
+    others = sorted({b.type for b in loaded.cells if b.dim == 3 and b.type != "tetra"})
+    if others:
+        raise MeshError(f"{name}: beside tetrahedra there are {', '.join(others)}, not read")
     points = np.asarray(loaded.points, dtype=np.float64)
     corners = np.concatenate(blocks).astype(np.int64)
     if points.ndim != 2 or points.shape[1] != 3:
@@ -71,14 +75,13 @@ def parse_volume_mesh(contents: bytes, file_type: str, *, name: str) -> VolumeMe
     distinct = distinct_rows(points + 0.0)
     used, corners = np.unique(distinct.first[distinct.inverse][corners], return_inverse=True)
     points, corners = points[used], corners.reshape(-1, 4)
-    # Coordinates near the largest number have no volume; what is none is refused.
-    with np.errstate(all="ignore"):
-        negative = VolumeMesh.trusted(points, corners).volumes() < 0.0
-        corners[negative, :2] = corners[negative, 1::-1]
-        try:
-            mesh = VolumeMesh(points, corners)
-        except MeshError as error:
-            raise MeshError(f"{name}: {error}") from error
+    check_vertices(points, name)
+    negative = VolumeMesh.trusted(points, corners).volumes() < 0.0
+    corners[negative, :2] = corners[negative, 1::-1]
+    try:
+        mesh = VolumeMesh(points, corners)
+    except MeshError as error:
+        raise MeshError(f"{name}: {error}") from error
     _refuse_overlaps(mesh, name)
     return mesh
 
@@ -91,16 +94,14 @@ def _refuse_overlaps(mesh: VolumeMesh, name: str) -> None:
     tetrahedron: its middle and random points are asked, since on a grid edges alone may cross.
     """
     boundary = mesh.boundary_triangles()
-    # Squares of coordinates near the largest number are infinite.
-    with np.errstate(all="ignore"):
-        point = first_crossing(mesh.vertices, boundary)
-        if point is None:
-            weights = np.random.default_rng(3).dirichlet(np.ones(4), _ASKED)
-            weights = np.vstack([np.full(4, 0.25), weights])
-            corners = mesh.vertices[mesh.tetrahedra]
-            inner = np.concatenate([(corners * w[:, None]).sum(axis=1) for w in weights])
-            many = np.flatnonzero(winding_numbers(inner, mesh.vertices, boundary) > 1)
-            point = inner[many[0]] if len(many) else None
+    point = first_crossing(mesh.vertices, boundary)
+    if point is None:
+        weights = np.random.default_rng(3).dirichlet(np.ones(4), _ASKED)
+        weights = np.vstack([np.full(4, 0.25), weights])
+        corners = mesh.vertices[mesh.tetrahedra]
+        inner = np.concatenate([(corners * w[:, None]).sum(axis=1) for w in weights])
+        many = np.flatnonzero(winding_numbers(inner, mesh.vertices, boundary) > 1)
+        point = inner[many[0]] if len(many) else None
     if point is not None:
         place = ", ".join(f"{x:.6g}" for x in point)
         raise MeshError(f"{name}: tetrahedra overlap at ({place})")

@@ -10,7 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.errors import MeshError
-from scene_graph_ros.geometry.meshes.mesh_points import checked_element, checked_points
+from scene_graph_ros.geometry.meshes.mesh_points import (
+    check_vertices,
+    checked_element,
+    checked_points,
+)
 
 __all__ = ["VolumeMesh"]
 
@@ -41,9 +45,9 @@ class VolumeMesh:
         which it is seen counter-clockwise turned over: ``cross(b - a, c - a) . (d - a) > 0``.
 
         Raises:
-            MeshError: an array is empty or of another shape or type, a coordinate not finite, an
-                index out of range, a vertex not used, a volume not positive, or a face shared by
-                more than two tetrahedra, or by two that overlap.
+            MeshError: an array is empty or of another shape or type, a coordinate not finite or
+                beyond MAX_COORDINATE, an index out of range, a vertex not used, a volume not
+                positive, or a face shared by more than two tetrahedra, or by two that overlap.
 
         """
         points, corners = _checked(vertices, tetrahedra)
@@ -174,10 +178,7 @@ class VolumeMesh:
 def _checked(vertices: Any, tetrahedra: Any) -> tuple[FloatArray, IntArray]:
     points = _copied(vertices, np.float64, 3, "vertices")
     corners = _copied(tetrahedra, np.int64, 4, "tetrahedra")
-    finite = np.isfinite(points).all(axis=1)
-    if not finite.all():
-        row = int(np.flatnonzero(~finite)[0])
-        raise MeshError(f"VolumeMesh: vertex {row} is not finite: {points[row].tolist()}")
+    check_vertices(points, "VolumeMesh")
     wrong = ((corners < 0) | (corners >= len(points))).any(axis=1)
     if wrong.any():
         row = int(np.flatnonzero(wrong)[0])

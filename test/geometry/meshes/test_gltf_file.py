@@ -112,6 +112,9 @@ def test_a_buffer_that_is_missing_short_or_large(write, tmp_path, monkeypatch):
     (tmp_path / "a b.bin").write_bytes(b"short")
     with pytest.raises(MeshError, match=f"'a%20b.bin' has 5 bytes, not {size}"):
         read_mesh(path)
+    (tmp_path / "a b.bin").write_bytes(b"version https://git-lfs.github.com/spec/v1\noid sha256:0")
+    with pytest.raises(MeshError, match=r"gltf': buffer 'a b.bin': a Git LFS pointer"):
+        read_mesh(path)
     (tmp_path / "a b.bin").unlink()
     with pytest.raises(MeshError, match=r"squares.gltf': buffer 'a b.bin' does not exist"):
         read_mesh(path)
@@ -141,3 +144,31 @@ def test_nonsense_for_a_buffer_is_refused(write, change):
         MeshError, match=r"squares.gltf'.*(unreadable gltf|buffer view 2 reaches beyond)"
     ):
         read_mesh(path)
+
+
+@pytest.mark.parametrize(
+    ("start", "written", "reason"),
+    [
+        (0, b"glTG", "does not begin as a GLB file does"),
+        (4, (1).to_bytes(4, "little"), "of version 1, not 2"),
+        (8, (10**6).to_bytes(4, "little"), "bytes, of 1000000 that it states"),
+        (16, b"JSOM", "or without JSON"),
+    ],
+)
+def test_a_glb_file_begins_as_one(start, written, reason):
+    """Its name, its version, its length and its first part are looked at."""
+    whole = bytearray(gltf([{}], [], is_binary=True))
+    assert len(read_mesh_contents(bytes(whole), "glb", name="sent")[1]) == 2
+    whole[start : start + 4] = written
+    with pytest.raises(MeshError, match=f"sent: .*{reason}"):
+        read_mesh_contents(bytes(whole), "glb", name="sent")
+
+
+def test_another_part_is_no_buffer():
+    """Between the document and the numbers, or in place of these, there may be none."""
+    whole = gltf([{}], [], is_binary=True)
+    at = 20 + int.from_bytes(whole[12:16], "little")
+    other = whole[:at] + (4).to_bytes(4, "little") + b"XXXX0123" + whole[at:]
+    for contents in (other, whole.replace(b"BIN\0", b"BAN\0")):
+        with pytest.raises(MeshError, match="reaches beyond its buffer"):
+            read_mesh_contents(contents, "glb", name="sent")

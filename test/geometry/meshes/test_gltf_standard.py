@@ -281,6 +281,53 @@ REFUSED = {
         lambda file: file.accessors[0].update(count=5),
         "reaches beyond buffer view 0",
     ),
+    "a mesh counted from the end": (
+        lambda file: file.tree["nodes"][0].update(mesh=-1),
+        "no entry -1 of its meshes",
+    ),
+    "a scene counted from the end": (
+        lambda file: file.tree.update(scene=-1),
+        "no entry -1 of its scenes",
+    ),
+    "a view counted from the end": (
+        lambda file: file.accessors[0].update(bufferView=-1),
+        "no entry -1 of its bufferViews",
+    ),
+    "a truth for an index": (
+        lambda file: file.tree["nodes"][0].update(mesh=False),
+        "no entry False of its meshes",
+    ),
+    "a rotation of zeros": (
+        lambda file: file.tree["nodes"][0].update(rotation=[0, 0, 0, 0]),
+        "rotation .*not of length 1",
+    ),
+    "a rotation that is not finite": (
+        lambda file: file.tree["nodes"][0].update(rotation=[0, 0, float("nan"), 1]),
+        "the rotation .*nan",
+    ),
+    "a rotation of length 2": (
+        lambda file: file.tree["nodes"][0].update(rotation=[0, 2, 0, 0]),
+        "rotation .*not of length 1",
+    ),
+    "a perspective": (
+        lambda file: file.tree["nodes"][0].update(
+            matrix=[1, 0, 0, 0.5, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]
+        ),
+        r"last row of a node's matrix is \[0.5, 0.0",
+    ),
+    "two poses": (
+        lambda file: file.tree["nodes"][0].update(
+            matrix=np.eye(4).ravel().tolist(), translation=[0, 0, 1]
+        ),
+        "a matrix and another pose",
+    ),
+    "a weight beyond all floats": (
+        lambda file: (
+            file.primitive.update(targets=[{"POSITION": file.add(np.float32(POINTS))}]),
+            file.tree["meshes"][0].update(weights=[1e300]),
+        ),
+        "is not finite",
+    ),
     "a morph target of other points": (
         lambda file: (
             file.primitive.update(targets=[{"POSITION": file.add(np.float32(POINTS[:3]))}]),

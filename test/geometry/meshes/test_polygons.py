@@ -216,8 +216,7 @@ def test_a_prism_is_closed_in_every_format(name, form, variant):
         assert surface.is_closed
         a, b, c = (surface.vertices[surface.triangles[:, k]] for k in range(3))
         volume = np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0
-        # The library that reads COLLADA has numbers of 32 bits.
-        assert volume == pytest.approx(area_of(flat), rel=1e-6 if form == "dae" else 1e-9)
+        assert volume == pytest.approx(area_of(flat), rel=1e-9)
 
 
 @pytest.mark.parametrize("first", [0, 1, 3])

@@ -54,6 +54,8 @@ def test_arrays_cannot_be_written():
         ([], _FACES, "no vertices"),
         (_TETRAHEDRON, [[0, 1, 4]], r"triangle 0 refers to vertices \[0, 1, 4\]"),
         ([[0, 0, np.inf]], [[0, 0, 0]], "vertex 0 is not finite"),
+        ([[0, 0, 0], [0, 1e13, 0]], [[0, 0, 1]], r"vertex 1 is not within 1e\+12 m"),
+        ([[0, 0, 0], [0, 1e300, 0]], [[0, 0, 1]], r"vertex 1 is not within 1e\+12 m"),
         (_TETRAHEDRON, [[0, 1, 1.5]], "triangles must be .* whole numbers"),
         (_TETRAHEDRON, [[0, 1, 2, 3], [3, 2, 1, 0], [0, 2, 3, 1]], r"not \(3, 4\)"),
         (_TETRAHEDRON, [[0, 1, 2], [0, 1]], "triangles must be"),
@@ -75,3 +77,23 @@ def test_file_is_read_and_scaled(tmp_path):
     for bad in (-1.0, 0.0, np.nan, "2", True):
         with pytest.raises(MeshError, match=f"scale .* {bad!r}"):
             read_obj_to_surface_mesh(path, bad)
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+@pytest.mark.parametrize("size", [1e-150, 1e-9, 1.0, 1e11])
+def test_all_is_finite_at_any_size(size):
+    """Areas, normals, volume and weights; at 1e-150 there is no area in numbers."""
+    mesh = SurfaceMesh(size * np.array(_TETRAHEDRON), _FACES)
+    for values in (mesh.areas, mesh.face_normals, mesh.volume, mesh.centroid, mesh.total_area):
+        assert np.isfinite(values).all()
+    if size > 1e-150:
+        weights = mesh.calc_barycentric(mesh.element_centroids[0], 0)
+        np.testing.assert_allclose(weights, 1.0 / 3.0, rtol=1e-14)
+
+
+def test_a_scale_beyond_all_floats_is_refused(tmp_path):
+    """By its vertex, without a warning."""
+    path = tmp_path / "triangle.obj"
+    path.write_text("v 0 0 0\nv 1e10 0 0\nv 0 1 0\nf 1 2 3\n")
+    with pytest.raises(MeshError, match="vertex 1 is not finite"):
+        read_obj_to_surface_mesh(path, 1e308)

@@ -2,8 +2,10 @@ import numpy as np
 import pytest
 import trimesh
 
+from scene_graph_ros.geometry import Convex, Mesh
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.hull import convex_hull
+from scene_graph_ros.geometry.meshes.sources import hull_of, surface_of
 from scene_graph_ros.geometry.meshes.surfaces import build_surface, is_convex_surface
 
 
@@ -129,3 +131,28 @@ def test_convex_surfaces_are_recognized():
     vertices, triangles = _box()
     opened = build_surface(vertices, triangles[1:], name="open")
     assert not is_convex_surface(opened, convex_hull(vertices))
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_what_is_smaller_than_numbers_can_tell_is_refused():
+    """By its size; what is a little larger is a solid with a cavity, and a point is a point."""
+    outer, rows = _box()
+    faces = np.vstack([rows, rows[:, ::-1] + 8])
+    corners = np.vstack([outer, 0.5 * outer])
+
+    def shapes(size, scale=1.0):
+        mesh = Mesh(vertices=size * corners, faces=faces, scale=scale)
+        return mesh, Convex(vertices=size * corners, scale=scale)
+
+    for size in (1e-29, 1e-9):
+        mesh, convex = shapes(size)
+        assert surface_of(mesh).report.cavities == 1
+        assert len(hull_of(mesh).vertices) == len(hull_of(convex).vertices) == 8
+    for size in (1e-31, 1e-100, 1e-160, 1e-320):
+        for shape in shapes(size):
+            with pytest.raises(MeshError, match="smaller than 1e-30 m"):
+                hull_of(shape)
+    for shape in shapes(1e-25, 1e-8):
+        with pytest.raises(MeshError, match=r"scaled by \(1e-08, 1e-08, 1e-08\) it is smaller"):
+            hull_of(shape)
+    assert len(hull_of(Convex(vertices=np.zeros((2, 3)))).vertices) == 1

@@ -146,6 +146,20 @@ def test_tetrahedra_that_overlap_are_refused(tmp_path, shift, size):
         parse_volume_mesh(contents, "vtk", name="my mesh")
 
 
+@pytest.mark.parametrize("suffix", ["vtk", "vtu"])
+def test_other_solid_cells_are_refused(tmp_path, suffix):
+    """Beside tetrahedra a hexahedron is a part of the solid; triangles and lines are none."""
+    points = np.vstack([CORNERS, CORNERS + np.array([1.0, 0.0, 0.0])])
+    path = tmp_path / f"it.{suffix}"
+    flat = [("triangle", [(8, 9, 10)]), ("line", [(8, 9)]), ("vertex", [(8,)])]
+    meshio.Mesh(points, [("tetra", KUHN), *flat]).write(path)
+    assert load_volume_mesh(path).volumes().sum() == pytest.approx(1.0, rel=1e-12)
+    hexahedron = ("hexahedron", [(8, 9, 11, 10, 12, 13, 15, 14)])
+    meshio.Mesh(points, [("tetra", KUHN), hexahedron]).write(path)
+    with pytest.raises(MeshError, match=f"it.{suffix}.*beside tetrahedra there are hexahedron"):
+        load_volume_mesh(path)
+
+
 def test_tetrahedra_that_touch_are_taken(tmp_path):
     """Two cubes with a face in common, one of them with points of its own."""
     points = np.vstack([CORNERS, CORNERS + np.array([1.0, 0.0, 0.0])])

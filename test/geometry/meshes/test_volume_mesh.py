@@ -75,6 +75,8 @@ def test_arrays_are_copies_that_nobody_can_change():
         (CORNER[:, :2], [[0, 1, 2, 3]], r"\(n, 3\)"),
         (CORNER, [[0.5, 1, 2, 3]], "int64"),
         (np.where(CORNER == 1.0, np.nan, CORNER), [[0, 1, 2, 3]], "vertex 1 is not finite"),
+        (CORNER * 1e13, [[0, 1, 2, 3]], r"vertex 1 is not within 1e\+12 m"),
+        (CORNER * 1e300, [[0, 1, 2, 3]], r"vertex 1 is not within 1e\+12 m"),
         (CORNER, [[0, 1, 2, 4]], "tetrahedron 0 refers to vertices"),
         (CORNER, [[0, 2, 1, 3]], "volume -0.166667, not above 0"),
         (CORNER, [[0, 1, 2, 2]], "not above 0"),

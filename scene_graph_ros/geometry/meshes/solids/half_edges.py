@@ -34,6 +34,13 @@ class Edges(NamedTuple):
         """(e,): how many triangles meet at each edge."""
         return np.diff(self.first)
 
+    @property
+    def balances(self) -> IntArray:
+        """(e,): how much more often triangles run to the higher vertex than to the lower one."""
+        ways = np.where(self.start < self.end, 1, -1)[self.order]
+        sums = np.concatenate([[0], np.cumsum(ways)])
+        return np.asarray(np.diff(sums[self.first]))
+
     def rows(self) -> IntArray:
         """Return (3 m,): the edge of each half edge."""
         result = np.empty(len(self.order), dtype=np.int64)
@@ -64,9 +71,12 @@ def mates_of(edges: Edges) -> IntArray:
     return mate
 
 
-def open_half_edges(triangles: IntArray) -> tuple[IntArray, IntArray]:
-    """Return the ends (k, 2) of half edges where an odd number of triangles meet, and rows."""
+def open_half_edges(triangles: IntArray, *, by_ways: bool = False) -> tuple[IntArray, IntArray]:
+    """Return the ends (k, 2) of half edges where an odd number of triangles meet, and rows.
+
+    With ``by_ways`` those where triangles run more often one way than the other.
+    """
     edges = edges_of(triangles)
-    odd = np.repeat(edges.counts % 2 == 1, edges.counts)
-    half = np.sort(edges.order[odd])
+    is_open = edges.balances != 0 if by_ways else edges.counts % 2 == 1
+    half = np.sort(edges.order[np.repeat(is_open, edges.counts)])
     return np.stack([edges.start[half], edges.end[half]], axis=1), half

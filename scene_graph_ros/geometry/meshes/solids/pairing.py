@@ -21,8 +21,11 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
-_ONE_PLANE = 1e-9
+_ONE_PLANE = 1e-6
 """Radians: triangles around an edge that are nearer to each other are in one plane."""
+
+_NEARLY_ONE = 1e-4
+"""Radians: the same of triangles so short that the rounding of their corners tells no more."""
 
 _UP = (0.5403, 0.2918, 0.7892)
 """A direction that is along hardly any plane."""
@@ -62,11 +65,13 @@ def pair_around(
     is_closed: BoolArray,
     label: IntArray,
     turned: BoolArray,
+    gap: float = 0.0,
 ) -> bool:
     """Pair half edges of open parts around edges that have an even number of them; tell if any.
 
     ``label`` (m,) is the part of each triangle, as far as it is known by edges of two, and
-    ``turned`` (m,) whether it runs the other way than the part's first one.
+    ``turned`` (m,) whether it runs the other way than the part's first one. What is nearer to
+    another plane than ``gap``, metres, may be in it.
     """
     around = []
     for e in np.flatnonzero(edges.counts > 2):
@@ -80,13 +85,13 @@ def pair_around(
     is_oriented = _run_alike(edges, around, begins)
     for half in around:
         if is_oriented[half[0] // 3]:
-            half, _ = _around(vertices, triangles, edges, half, label, begins)
+            half, _ = _around(vertices, triangles, edges, half, label, begins, gap)
             one, other = _wedges(begins[half])
         else:
             half = _without_own_pairs(half, begins[half], label, mate)
             if not len(half):
                 continue
-            half, gaps = _around(vertices, triangles, edges, half, label, None)
+            half, gaps = _around(vertices, triangles, edges, half, label, None, gap)
             one = np.arange(_tighter(gaps), len(half), 2)
             other = (one + 1) % len(half)
         mate[half[one]], mate[half[other]] = half[other], half[one]
@@ -152,6 +157,7 @@ def _around(
     half: IntArray,
     label: IntArray,
     begins: BoolArray | None,
+    gap: float = 0.0,
 ) -> tuple[IntArray, FloatArray]:
     """Return the half edges (k,) of an edge counter-clockwise around it, and the gaps behind them.
 
@@ -160,14 +166,16 @@ def _around(
     (3 m,) tells of half edges where wedges begin; without it, the labels' order is that of sheets
     on one another.
     """
-    angles, stack = _angles(vertices, triangles, edges, half)
+    angles, arms, stack = _angles(vertices, triangles, edges, half)
     order = np.argsort(angles, kind="stable")
     gaps = np.diff(np.append(angles[order], angles[order[0]] + 2.0 * np.pi))
     # From the widest gap on, so that no plane is cut in two.
     widest = int(gaps.argmax()) + 1
     order, gaps = np.roll(order, -widest), np.roll(gaps, -widest)
-    half, stack = half[order], stack[order]
-    plane = np.concatenate([[0], np.cumsum(gaps[:-1] > _ONE_PLANE)])
+    half, stack, arms = half[order], stack[order], arms[order]
+    shorter = np.maximum(np.minimum(arms[:-1], arms[1:]), gap / _NEARLY_ONE)
+    one_plane = np.maximum(_ONE_PLANE, gap / np.where(shorter > 0.0, shorter, 1.0))
+    plane = np.concatenate([[0], np.cumsum(gaps[:-1] > one_plane)])
     ends_first = [] if begins is None else [begins[half]]
     way = stack if begins is None else np.where(begins[half], 1, -1)
     keys = [way * half, way * label[half // 3], *ends_first, plane]
@@ -191,11 +199,11 @@ def _wedges(begins: BoolArray) -> tuple[IntArray, IntArray]:
 
 def _angles(
     vertices: FloatArray, triangles: IntArray, edges: Edges, half: IntArray
-) -> tuple[FloatArray, IntArray]:
+) -> tuple[FloatArray, FloatArray, IntArray]:
     """Return the angles (k,) of triangles around their common edge, from the lower vertex.
 
-    And for each whether sheets on it are behind one another there in the order in which they are
-    along _UP, 1, or the other way round, -1.
+    And how far (k,) their third corners are from it, and whether sheets on each are behind one
+    another there in the order in which they are along _UP, 1, or the other way round, -1.
     """
     low = np.minimum(edges.start[half[0]], edges.end[half[0]])
     high = np.maximum(edges.start[half[0]], edges.end[half[0]])
@@ -208,8 +216,13 @@ def _angles(
     u /= length(u)
     corner = triangles[half // 3, (half % 3 + 2) % 3]
     arms = vertices[corner] - vertices[low]
-    angles: FloatArray = arc_tangents(product(arms, np.cross(axis, u)), product(arms, u))
-    return angles, np.where(product(np.cross(axis, arms), np.array(_UP)) > 0.0, 1, -1)
+    x, y = product(arms, u), product(arms, np.cross(axis, u))
+    angles: FloatArray = arc_tangents(y, x)
+    return (
+        angles,
+        np.sqrt(x * x + y * y),
+        np.where(product(np.cross(axis, arms), np.array(_UP)) > 0.0, 1, -1),
+    )
 
 
 def _tighter(gaps: FloatArray) -> int:

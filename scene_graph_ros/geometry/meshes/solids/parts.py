@@ -46,8 +46,11 @@ class Parts(NamedTuple):
     """(n,): whether no edge of a part has more triangles: else it may be nested in itself."""
 
 
-def find_parts(vertices: FloatArray, triangles: IntArray) -> Parts:
-    """Find the parts of (m, 3) triangles over welded (v, 3) vertices."""
+def find_parts(vertices: FloatArray, triangles: IntArray, gap: float = 0.0) -> Parts:
+    """Find the parts of (m, 3) triangles over welded (v, 3) vertices.
+
+    Faces of parts that share an edge are in one plane where they are nearer than ``gap``, metres.
+    """
     edges = edges_of(triangles)
     mate = mates_of(edges)
     label, turned, is_two_sided = walk_parts(mate, edges.start)
@@ -55,7 +58,7 @@ def find_parts(vertices: FloatArray, triangles: IntArray) -> Parts:
     for _ in range(_ROUNDS):
         if closed.all():
             break
-        if not pair_around(vertices, triangles, edges, mate, closed[label], label, turned):
+        if not pair_around(vertices, triangles, edges, mate, closed[label], label, turned, gap):
             break
         label, turned, is_two_sided = walk_parts(mate, edges.start)
         closed = _closed(edges, label, turned, is_two_sided)

@@ -4,6 +4,10 @@ In this order, and only where an edge is open: vertices on open edges that are w
 of each other are welded; an edge with such a vertex beside it is split there; of triangles on the
 same three vertices as many are kept as close the edges around them; open parts without an area
 are dropped.
+
+An edge is open where triangles run through it more often one way than the other. Where that comes
+to nothing, since triangles run as they like, it is where an odd number of them meet: then open
+edges of bodies that touch may hide each other.
 """
 
 from __future__ import annotations
@@ -22,7 +26,7 @@ from scene_graph_ros.geometry.meshes.solids.walk import walk_parts
 from scene_graph_ros.geometry.spatial.sums import product
 from scene_graph_ros.geometry.tolerances import DEGENERATE_TRIANGLE
 
-__all__ = ["repaired", "without_doubles"]
+__all__ = ["repaired", "share_turned", "without_copies", "without_doubles"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -31,8 +35,15 @@ _PASSES = 24
 """An edge of each triangle is split in each; a triangle with many T vertices takes more."""
 
 
+def share_turned(triangles: IntArray) -> float:
+    """Return the share of the edges of (m, 3) triangles at which two or more do not run alike."""
+    edges = edges_of(triangles)
+    wrong = np.count_nonzero((edges.counts % 2 == 0) & (edges.balances != 0))
+    return wrong / max(len(edges.counts), 1)
+
+
 def repaired(
-    vertices: FloatArray, triangles: IntArray, tolerance: float, *, layers: int
+    vertices: FloatArray, triangles: IntArray, tolerance: float, *, layers: int | None
 ) -> tuple[IntArray, list[Repair]]:
     """Return the triangles (m, 3) over the same vertices, and the repairs.
 
@@ -40,17 +51,23 @@ def repaired(
         vertices: (v, 3), no two equal.
         triangles: (m, 3), each of three vertices.
         tolerance: metres; how large a gap may be.
-        layers: 2 or 0, how many of triangles on the same vertices are kept where an even number
-            closes the edges around: 2 are faces of bodies that touch or are nested.
+        layers: None where the ways say which edges are open. Else 2 or 0, how many of triangles
+            on the same vertices are kept where an even number closes the edges around: 2 are faces
+            of bodies that touch or are nested.
 
     """
     repairs: list[Repair] = []
-    triangles = without_doubles(vertices, triangles, repairs, layers)
-    triangles = _without_strays(vertices, triangles, repairs)
-    if len(triangles) and (edges_of(triangles).counts % 2).any():
-        triangles = _without_seams(vertices, triangles, tolerance, repairs)
-        triangles = _without_t_vertices(vertices, triangles, tolerance, repairs)
+    by_ways = layers is None
+    if layers is not None:
         triangles = without_doubles(vertices, triangles, repairs, layers)
+    triangles = _without_strays(vertices, triangles, repairs)
+    if len(triangles) and len(open_half_edges(triangles, by_ways=by_ways)[1]):
+        triangles = _without_seams(vertices, triangles, tolerance, repairs, by_ways)
+        triangles = _without_t_vertices(vertices, triangles, tolerance, repairs, by_ways)
+        if layers is None:
+            triangles = _without_doubles_by_ways(vertices, triangles, repairs)
+        else:
+            triangles = without_doubles(vertices, triangles, repairs, layers)
         triangles = _without_strays(vertices, triangles, repairs)
     return triangles, repairs
 
@@ -79,6 +96,84 @@ def without_doubles(
     example = triangles[int(np.flatnonzero(~kept)[0])]
     _note(repairs, "doubled triangles", int((~kept).sum()), vertices[example].mean(axis=0))
     return triangles[kept]
+
+
+def _without_doubles_by_ways(
+    vertices: FloatArray, triangles: IntArray, repairs: list[Repair]
+) -> IntArray:
+    """Keep of triangles on the same vertices as many, one way, as the edges around ask for.
+
+    All are kept where they come to as much, so that bodies that touch have a face each.
+    """
+    distinct = distinct_rows(np.sort(triangles, axis=1))
+    if len(distinct.first) == len(triangles):
+        return triangles
+    group = distinct.inverse
+    # 1 where a triangle runs as its vertices ascend, else -1.
+    turned = _from_lowest(triangles)
+    way = np.where(turned[:, 1] < turned[:, 2], 1, -1)
+    given = np.bincount(group, way).astype(np.int64)
+    net = _asked_for(distinct.rows, given, np.bincount(group) > 1)
+    order = np.lexsort((way, group))
+    is_first = np.ones(len(order), dtype=bool)
+    is_first[1:] = np.diff(group[order]) + np.abs(np.diff(way[order])) > 0
+    starts = np.flatnonzero(is_first)
+    number = np.empty(len(order), dtype=np.int64)
+    number[order] = np.arange(len(order)) - np.repeat(starts, np.diff([*starts, len(order)]))
+    kept = (net == given)[group] | ((way * net[group] > 0) & (number < np.abs(net[group])))
+    if kept.all():
+        return triangles
+    example = triangles[int(np.flatnonzero(~kept)[0])]
+    _note(repairs, "doubled triangles", int((~kept).sum()), vertices[example].mean(axis=0))
+    return triangles[kept]
+
+
+def _from_lowest(triangles: IntArray) -> IntArray:
+    """Return triangles (m, 3) that run as they do, each from its lowest vertex on."""
+    first = triangles.argmin(axis=1)[:, None]
+    return np.take_along_axis(triangles, (first + np.arange(3)) % 3, axis=1)
+
+
+def without_copies(vertices: FloatArray, triangles: IntArray, repairs: list[Repair]) -> IntArray:
+    """Keep one of triangles on the same vertices that run the same way."""
+    first = np.sort(distinct_rows(_from_lowest(triangles)).first)
+    if len(first) < len(triangles):
+        example = triangles[np.setdiff1d(np.arange(len(triangles)), first)[0]]
+        count = len(triangles) - len(first)
+        _note(repairs, "doubled triangles", count, vertices[example].mean(axis=0))
+    return triangles[first]
+
+
+def _asked_for(triangles: IntArray, given: IntArray, is_free: NDArray[np.bool_]) -> IntArray:
+    """Return how often ascending triangles (m, 3) are to run as they do, or -1 times backwards.
+
+    From the border of the free ones inwards: an edge is run through as often one way as the other.
+    Where nothing tells, it is once, or as ``given`` (m,) where that is not at all.
+    """
+    edges = edges_of(triangles)
+    row = edges.rows().reshape(-1, 3)
+    ways = np.where(edges.start < edges.end, 1, -1).reshape(-1, 3)
+    result = np.where(is_free, np.sign(given), given)
+    fixed = np.bincount(row[~is_free].reshape(-1), minlength=len(edges.counts)) > 0
+    sums = np.bincount(row.reshape(-1), (ways * np.where(is_free, 0, given)[:, None]).reshape(-1))
+    free = np.bincount(row[is_free].reshape(-1), minlength=len(edges.counts))
+    pending = list(np.flatnonzero((free == 1) & fixed))
+    is_free = is_free.copy()
+    while pending:
+        e = pending.pop()
+        if free[e] != 1:
+            continue
+        half = edges.order[edges.first[e] : edges.first[e + 1]]
+        t = half[is_free[half // 3]][0] // 3
+        is_free[t] = False
+        result[t] = -sums[e] * ways[t][row[t] == e][0]
+        for k in range(3):
+            other = row[t, k]
+            free[other] -= 1
+            sums[other] += ways[t, k] * result[t]
+            if free[other] == 1:
+                pending.append(other)
+    return result
 
 
 def _decide(triangles: IntArray, is_free: NDArray[np.bool_], kept: NDArray[np.bool_]) -> None:
@@ -123,14 +218,18 @@ def _without_strays(vertices: FloatArray, triangles: IntArray, repairs: list[Rep
 
 
 def _without_seams(
-    vertices: FloatArray, triangles: IntArray, tolerance: float, repairs: list[Repair]
+    vertices: FloatArray,
+    triangles: IntArray,
+    tolerance: float,
+    repairs: list[Repair],
+    by_ways: bool,
 ) -> IntArray:
     """Weld vertices on open edges that are within ``tolerance`` of each other."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import cKDTree
 
-    ends, _ = open_half_edges(triangles)
+    ends, _ = open_half_edges(triangles, by_ways=by_ways)
     border = np.unique(ends)
     pairs = cKDTree(vertices[border]).query_pairs(tolerance, output_type="ndarray")
     if not len(pairs):
@@ -154,16 +253,24 @@ def _without_seams(
 
 
 def _without_t_vertices(
-    vertices: FloatArray, triangles: IntArray, tolerance: float, repairs: list[Repair]
+    vertices: FloatArray,
+    triangles: IntArray,
+    tolerance: float,
+    repairs: list[Repair],
+    by_ways: bool,
 ) -> IntArray:
     """Split open edges at the ends of others that are within ``tolerance`` of them."""
     from scipy.spatial import cKDTree
 
     count, where = 0, None
+    is_border = np.zeros(len(vertices), dtype=bool)
     for _ in range(_PASSES):
-        ends, half = open_half_edges(triangles)
-        if not len(half):
+        ends, half = open_half_edges(triangles, by_ways=by_ways)
+        if not len(half) and not is_border.any():
             break
+        if by_ways:
+            is_border[ends] = True
+            ends, half = _edges_between(triangles, is_border)
         border = np.unique(ends)
         a, b = vertices[ends[:, 0]], vertices[ends[:, 1]]
         radius = 0.5 * np.linalg.norm(b - a, axis=1) + tolerance
@@ -191,6 +298,19 @@ def _without_t_vertices(
     return triangles
 
 
+def _edges_between(triangles: IntArray, is_chosen: NDArray[np.bool_]) -> tuple[IntArray, IntArray]:
+    """Return the ends (k, 2) of half edges between chosen vertices, and rows, edge by edge.
+
+    So open edges are among them that edges of other bodies hide, and triangles on the same
+    vertices are cut alike.
+    """
+    ends = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2)
+    half = np.flatnonzero(is_chosen[ends].all(axis=1))
+    ends = ends[half]
+    order = np.lexsort((half, ends.max(axis=1), ends.min(axis=1)))
+    return ends[order], half[order]
+
+
 def _on_edge(
     vertices: FloatArray, ends: IntArray, candidates: IntArray, tolerance: float
 ) -> IntArray:
@@ -198,7 +318,7 @@ def _on_edge(
     a, b = vertices[ends[0]], vertices[ends[1]]
     along = b - a
     square = float(product(along, along))
-    if square <= tolerance**2:
+    if square <= tolerance * tolerance:
         return candidates[:0]
     arms = vertices[candidates] - a
     s = product(arms, along) / square

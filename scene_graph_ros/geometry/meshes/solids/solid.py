@@ -32,7 +32,7 @@ from scene_graph_ros.geometry.meshes.solids.parts import (
     signed_volumes,
     size_of,
 )
-from scene_graph_ros.geometry.meshes.solids.repair import repaired
+from scene_graph_ros.geometry.meshes.solids.repair import repaired, share_turned, without_copies
 from scene_graph_ros.geometry.meshes.solids.shed import without_membranes
 from scene_graph_ros.geometry.meshes.solids.union import unite, United
 from scene_graph_ros.geometry.meshes.solids.walk import walk_parts
@@ -41,6 +41,10 @@ __all__ = ["Solid", "solid_of"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+
+
+_TURNED = 0.1
+"""Of all edges: as many may not run alike, where the ways of triangles say what is open."""
 
 
 class Solid(NamedTuple):
@@ -166,16 +170,31 @@ def _of_any_parts(
 def _repaired_parts(
     vertices: FloatArray, triangles: IntArray, tolerance: float
 ) -> tuple[Parts, IntArray, list[Repair]]:
-    """Return parts, membranes (k, 3) and repairs, with doubled faces as closes most."""
+    """Return parts, membranes (k, 3) and repairs, by the ways of triangles or as closes most."""
+    turned, doubled = share_turned(triangles), _has_doubles(triangles)
+    ways: list[tuple[IntArray, int | None, list[Repair]]] = []
+    if turned <= _TURNED:
+        copies = list[Repair]()
+        single = without_copies(vertices, triangles, copies)
+        # Where nothing is open, what is written twice is of two bodies.
+        if copies and len(open_half_edges(triangles, by_ways=True)[1]):
+            ways.append((single, None, copies))
+        ways.append((triangles, None, []))
+    if turned or doubled:
+        ways += [(triangles, layers, []) for layers in ((2, 0) if doubled else (2,))]
     found = []
-    for layers in (2, 0) if _has_doubles(triangles) else (2,):
-        rest, repairs = repaired(vertices, triangles, tolerance, layers=layers)
+    for given, layers, before in ways:
+        rest, repairs = repaired(vertices, given, tolerance, layers=layers)
         rest, membranes = without_membranes(vertices, rest)
-        parts = find_parts(vertices, rest)
-        found.append((parts, membranes, repairs))
-        if parts.is_closed.all():
-            break
-    return min(found, key=lambda f: np.count_nonzero(~f[0].is_closed[f[0].label]))
+        parts = find_parts(vertices, rest, tolerance)
+        still_open = int(np.count_nonzero(~parts.is_closed[parts.label]))
+        by_ways = layers is None
+        one = parts, membranes, before + repairs
+        # Where all run as they do in the file, the file says what is inside.
+        if not still_open and not (by_ways and len(parts.against) + len(membranes)):
+            return one
+        found.append((still_open, by_ways, one))
+    return min(found, key=lambda each: each[:2])[2]
 
 
 def _has_doubles(triangles: IntArray) -> bool:

@@ -1,5 +1,7 @@
 """Surfaces that cross themselves along edges, where no edge goes through a triangle."""
 
+from fractions import Fraction
+
 from mesh_distances import signed_distances
 import numpy as np
 import pytest
@@ -7,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from winding_truth import solid_angles
 
 from scene_graph_ros.geometry import Mesh
+from scene_graph_ros.geometry.meshes.solids.crossings import first_crossing
 from scene_graph_ros.geometry.meshes.sources import surface_of
 
 # Corners of rings in the order in which they are joined, and apexes above and below them.
@@ -57,3 +60,51 @@ def test_a_surface_that_crosses_itself_along_edges_is_cut(name, turn, is_alone):
     phi = signed_distances(mesh, points)
     clear = np.abs(phi) > 1e-9
     np.testing.assert_array_equal((phi < 0.0)[clear], (winding > 0.5)[clear])
+
+
+def meet(one, other):
+    """Tell whether the insides of two triangles of whole numbers share a segment, exactly.
+
+    None where they are in parallel planes, or one has no area.
+    """
+    n, m = (np.cross(t[1] - t[0], t[2] - t[0]) for t in (one, other))
+    along = np.cross(n, m)
+    if not along.any():
+        return None
+    spans = []
+    for triangle, normal, origin in ((one, m, other[0]), (other, n, one[0])):
+        heights = [int(h) for h in (triangle - origin) @ normal]
+        if max(heights) <= 0 or min(heights) >= 0:
+            return False
+        places = [int(x) for x in triangle @ along]
+        ends = [
+            places[k]
+            + Fraction(heights[k], heights[k] - heights[k - 2]) * (places[k - 2] - places[k])
+            for k in range(3)
+            if (heights[k] > 0) != (heights[k - 2] > 0)
+        ]
+        spans.append((min(ends), max(ends)))
+    return max(span[0] for span in spans) < min(span[1] for span in spans)
+
+
+def test_triangles_cross_where_whole_numbers_say_so():
+    """Turned, moved and scaled: those that have a corner, an edge or nothing in common."""
+    rng = np.random.default_rng(5)
+    found = np.zeros(2, dtype=int)
+    for _ in range(3000):
+        reach = int(rng.choice([3, 5, 12]))
+        corners = rng.integers(-reach, reach + 1, (6, 3))
+        if rng.random() < 0.6:
+            corners[3] = corners[rng.integers(3)]
+        crosses = meet(corners[:3], corners[3:])
+        points, rows = np.unique(corners, axis=0, return_inverse=True)
+        triangles = rows.reshape(2, 3)
+        if crosses is None or any(len(set(row)) < 3 for row in triangles.tolist()):
+            continue
+        # Those with an edge in common have no more in common, unless they are folded.
+        crosses = crosses and len(np.intersect1d(*triangles)) < 2
+        place = points @ Rotation.random(rng=rng).as_matrix().T + rng.normal(size=3)
+        at = first_crossing(place * 10.0 ** rng.uniform(-6, 6), triangles)
+        assert (at is not None) == crosses, corners.tolist()
+        found[int(crosses)] += 1
+    assert found.min() > 500
