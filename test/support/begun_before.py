@@ -12,7 +12,6 @@ import inspect
 import sys
 import threading
 
-import collada  # noqa: F401 trimesh reads DAE with it
 import numpy as np
 import scipy.sparse.csgraph
 import scipy.spatial  # noqa: F401
