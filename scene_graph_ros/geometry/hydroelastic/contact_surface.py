@@ -22,6 +22,7 @@ from scene_graph_ros.geometry.hydroelastic.patches import Patches
 from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.query.representation import ContactRepresentation
 from scene_graph_ros.geometry.query.results import ResultTable
+from scene_graph_ros.geometry.real_arrays import real_array
 
 if TYPE_CHECKING:
     from scene_graph_ros.geometry.model.state import GeometryState
@@ -195,10 +196,7 @@ class ContactSurface:
 
 def _checked_point(p_WP: ArrayLike) -> FloatArray:
     """Return a point ``(3,)``. Raises QueryArgumentError."""
-    try:
-        point = np.array(p_WP, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise QueryArgumentError(f"p_WP must be three numbers: {p_WP!r}") from error
+    point = real_array(p_WP, "p_WP must be three numbers", QueryArgumentError)
     if point.shape != (3,) or not np.isfinite(point).all():
         raise QueryArgumentError(f"p_WP must be three finite numbers: {p_WP!r}")
     return point

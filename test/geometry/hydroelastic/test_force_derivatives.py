@@ -130,3 +130,7 @@ def test_bad_points_are_refused():
     found = surface(pose([0.0, 0.0, 0.8]), pose([0.0, 0.0, 0.0]))
     with pytest.raises(QueryArgumentError, match="p_WP must be three finite numbers"):
         found.force_and_moment_derivatives([0.0, np.nan, 0.0])
+    for ask in (found.force_and_moment, found.force_and_moment_derivatives):
+        for wrong in (["0", "1", "2"], [0.0, 1j, 0.0]):
+            with pytest.raises(QueryArgumentError, match="p_WP must be three numbers"):
+                ask(wrong)
