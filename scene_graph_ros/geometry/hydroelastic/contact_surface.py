@@ -179,8 +179,9 @@ class ContactSurface:
         """Return ``(6, 6)``: how [moment about P, Nm; force, N] on M change as M moves, in W.
 
         By M's twist relative to N, [angular velocity; velocity of its point at P], rad/s and m/s,
-        with N and P at rest. Exact where the surface ends where there is no pressure, as between
-        convex bodies; moments and forces are those of `force_and_moment`. Raises as it.
+        with N and P at rest. Exact where the surface ends where there is no pressure, which is so
+        unless faces were left out that a pressure falls along; a rim with pressure has no part in
+        it. Moments and forces are those of `force_and_moment`. Raises as it.
         """
         vertices, pressure = self.vertices_W, self.pressure
         polygons = ((vertices[face], pressure[face]) for face in self.faces)
