@@ -55,12 +55,12 @@ class DofMask:
         Joints that follow others have none. Raises KinematicTreeError for an unknown group,
         CollisionCheckerError for other joints.
         """
-        model: Any = tree
-        if not isinstance(model, KinematicTree):
+        given: tuple[Any, Any] = (tree, of)
+        if not isinstance(given[0], KinematicTree):
             raise CollisionCheckerError(
-                f"DofMask: tree must be a KinematicTree, not {quoted(model)}"
+                f"DofMask: tree must be a KinematicTree, not {quoted(tree)}"
             )
-        if not isinstance(of, str | Sequence):
+        if not isinstance(given[1], str | Sequence):
             raise CollisionCheckerError(
                 f"DofMask: of must be a group or names of joints, not {quoted(of)}"
             )
@@ -74,7 +74,7 @@ class DofMask:
             count = 0 if joint.mimics else len(PARTS[joint.kind][0]) or 1
             places[joint.name] = slice(first, first + count)
             first += count
-        for name in of:
+        for name in given[1]:
             if not isinstance(name, str) or name not in places:
                 near = suggestion(str(name), list(places))
                 raise CollisionCheckerError(f"DofMask: there is no joint {quoted(name)}{near}")
