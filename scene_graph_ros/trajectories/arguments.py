@@ -62,17 +62,19 @@ def as_order(name: str, value: Any, least: int = 0) -> int:
     return whole(name, value, TrajectoryError, least)
 
 
-def as_breaks(values: ArrayLike) -> NDArray[np.float64]:
+def as_breaks(values: ArrayLike, name: str = "breaks") -> NDArray[np.float64]:
     """Return times ``(p + 1,)`` that grow, p at least 1. Raises TrajectoryError."""
-    breaks = as_numbers("breaks", values)
+    breaks = as_numbers(name, values)
     if breaks.ndim != 1 or len(breaks) < 2:
-        raise TrajectoryError(f"breaks must be two numbers or more, not {breaks.shape}")
+        raise TrajectoryError(f"{name} must be two numbers or more, not {breaks.shape}")
     if not (np.diff(breaks) > 0.0).all():
         i = int(np.argmin(np.diff(breaks)))
-        raise TrajectoryError(f"breaks must grow: {breaks[i]} is before {breaks[i + 1]}")
+        raise TrajectoryError(f"{name} must grow: {breaks[i]} is before {breaks[i + 1]}")
     return breaks
 
 
 def is_same_time(first: float, second: float) -> bool:
     """Tell whether two times differ by no more than rounding."""
-    return abs(first - second) <= _SAME_TIME * max(1.0, abs(first), abs(second))
+    near = _SAME_TIME * max(1.0, abs(first), abs(second))
+    # No finite time is near an infinite one.
+    return first == second or abs(first - second) <= near < np.inf

@@ -129,8 +129,11 @@ class BezierCurve:
         return BezierCurve(self.start_time, self.end_time, points)
 
     def elevate_degree(self, degree: int) -> BezierCurve:
-        """Return the same curve with the control points of a degree that is no lower."""
-        wanted = as_order("degree", degree)
+        """Return the same curve with the control points of a degree that is no lower.
+
+        Raises TrajectoryError for a lower one.
+        """
+        wanted = as_order("degree", degree, self.order)
         return self._with(elevated(self.control_points[np.newaxis], wanted)[0])
 
     def split(self, t: float) -> tuple[BezierCurve, BezierCurve]:

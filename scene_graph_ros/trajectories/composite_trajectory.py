@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
-from scene_graph_ros.trajectories.arguments import as_finite, as_times, is_same_time
+from scene_graph_ros.trajectories.arguments import as_finite, as_order, as_times, is_same_time
 from scene_graph_ros.trajectories.bernstein import elevated
 from scene_graph_ros.trajectories.bezier_curve import BezierCurve
 from scene_graph_ros.trajectories.bspline_trajectory import BsplineTrajectory
@@ -119,9 +119,8 @@ class CompositeTrajectory:
 
     def is_continuous(self, order: int = 0, tolerance: float = 1e-9) -> bool:
         """Tell whether no entry of any derivative up to an order changes at once by more."""
-        return all(
-            bool((np.abs(self.jumps(each)) <= tolerance).all()) for each in range(order + 1)
-        )
+        orders, most = range(as_order("order", order) + 1), as_finite("tolerance", tolerance)
+        return all(bool((np.abs(self.jumps(each)) <= most).all()) for each in orders)
 
     # Others made of it.
 

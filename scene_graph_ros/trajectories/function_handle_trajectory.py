@@ -52,7 +52,8 @@ class FunctionHandleTrajectory:
         object.__setattr__(self, "rows", as_order("rows", self.rows))
         given: Any = (self.start_time, self.end_time)
         start, end = (as_float(each) for each in given)
-        if start is None or end is None or not start <= end:
+        is_order = start is not None and end is not None and start <= end
+        if start is None or end is None or not is_order or start == np.inf or end == -np.inf:
             raise TrajectoryError(
                 f"start_time and end_time must be numbers in this order, not {quoted(given[0])}"
                 f" and {quoted(given[1])}"

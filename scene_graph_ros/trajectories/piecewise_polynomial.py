@@ -143,9 +143,7 @@ class PiecewisePolynomial:
 
         Between equal distances it swings far, the more the more samples there are.
         """
-        t, q = _samples(times, samples=samples)
-        if len(t) < 2 or not (np.diff(t) > 0.0).all():
-            raise TrajectoryError(f"times must be two or more that grow, not {quoted(times)}")
+        t, q = _samples(times, "times", samples=samples)
         return cls(t[[0, -1]], lagrange_points(t, q)[np.newaxis])
 
     @classmethod
@@ -264,13 +262,17 @@ class PiecewisePolynomial:
 
     def shift_right(self, offset: float) -> PiecewisePolynomial:
         """Return the curve later by ``offset``."""
-        return PiecewisePolynomial(self.breaks + float(offset), self.control_points)
+        return PiecewisePolynomial(self.breaks + as_finite("offset", offset), self.control_points)
 
     def concatenate_in_time(self, other: PiecewisePolynomial) -> PiecewisePolynomial:
         """Return this curve and, from its end on, another one that starts there.
 
         Raises TrajectoryError for one of another dimension, or that starts at another time.
         """
+        if not isinstance(other, PiecewisePolynomial):
+            raise TrajectoryError(
+                f"what is concatenated must be a PiecewisePolynomial, not {quoted(other)}"
+            )
         if other.rows != self.rows:
             raise TrajectoryError(f"a curve of {other.rows} rows can't follow one of {self.rows}")
         end, start = self.end_time, other.start_time
@@ -282,8 +284,12 @@ class PiecewisePolynomial:
         return PiecewisePolynomial(breaks, np.concatenate(points))
 
     def elevate_degree(self, degree: int) -> PiecewisePolynomial:
-        """Return the same curve with control points of a higher degree (Farin, section 6.1)."""
-        return PiecewisePolynomial(self.breaks, elevated(self.control_points, degree))
+        """Return the same curve with the control points of a degree that is no lower.
+
+        Raises TrajectoryError for a lower one (Farin, section 6.1).
+        """
+        wanted = as_order("degree", degree, self.degree)
+        return PiecewisePolynomial(self.breaks, elevated(self.control_points, wanted))
 
     # Combined with others.
 
@@ -336,9 +342,11 @@ def _as_row(name: str, values: ArrayLike, size: int) -> NDArray[np.float64]:
     return row
 
 
-def _samples(breaks: ArrayLike, **samples: ArrayLike) -> list[NDArray[np.float64]]:
+def _samples(
+    breaks: ArrayLike, label: str = "breaks", **samples: ArrayLike
+) -> list[NDArray[np.float64]]:
     """Return breaks ``(p + 1,)`` and the samples at each, ``(p + 1, n)`` alike."""
-    t = as_numbers("breaks", breaks)
+    t = as_breaks(breaks, label)
     result, shape = [t], None
     for name, values in samples.items():
         array = as_numbers(name, values)

@@ -15,7 +15,14 @@ from scene_graph_ros.geometry.spatial.poses import (
     poses_from_quaternions,
     quaternions_from_poses,
 )
-from scene_graph_ros.trajectories.arguments import as_numbers, as_order, as_times, is_same_time
+from scene_graph_ros.trajectories.arguments import (
+    as_breaks,
+    as_finite,
+    as_numbers,
+    as_order,
+    as_times,
+    is_same_time,
+)
 from scene_graph_ros.trajectories.errors import TrajectoryError
 from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
 from scene_graph_ros.trajectories.piecewise_quaternion_slerp import PiecewiseQuaternionSlerp
@@ -78,6 +85,10 @@ class PiecewisePose:
         Raises as `make_linear`.
         """
         t, X = _given(times, poses)
+        for name, given in (("start_vel", start_vel), ("end_vel", end_vel)):
+            velocity = as_numbers(name, given)
+            if velocity.shape != (3,):
+                raise TrajectoryError(f"{name} must have shape (3,), not {velocity.shape}")
         position = PiecewisePolynomial.cubic_with_continuous_second_derivatives(
             t, X[:, :3, 3], start_vel, end_vel
         )
@@ -128,14 +139,21 @@ class PiecewisePose:
         return StackedTrajectory((turning, self.position.derivative(count)))
 
     def is_approx(self, other: PiecewisePose, tolerance: float) -> bool:
-        """Tell whether both have the same times and poses at their breaks, to a tolerance."""
+        """Tell whether both have the same times and poses at their breaks, to a tolerance.
+
+        Raises TrajectoryError for something else, and for a tolerance that is no number.
+        """
+        given: Any = other
+        if not isinstance(given, PiecewisePose):
+            raise TrajectoryError(f"other must be a PiecewisePose, not {quoted(given)}")
+        near = as_finite("tolerance", tolerance)
         mine = np.union1d(self.position.breaks, self.orientation.breaks)
         theirs = np.union1d(other.position.breaks, other.orientation.breaks)
-        if mine.shape != theirs.shape or (np.abs(mine - theirs) > tolerance).any():
+        if mine.shape != theirs.shape or (np.abs(mine - theirs) > near).any():
             return False
         middle = 0.5 * (mine[1:] + mine[:-1])
         apart = [np.abs(self.value(t) - other.value(t)).max() for t in (mine, middle)]
-        return bool(max(apart) <= tolerance)
+        return bool(max(apart) <= near)
 
     def reverse_time(self) -> PiecewisePose:
         """Return the reversed poses: those at ``start_time + end_time - t`` are these at t."""
@@ -153,9 +171,7 @@ class PiecewisePose:
 
 
 def _given(times: ArrayLike, poses: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    t = as_numbers("times", times)
-    if t.ndim != 1 or len(t) < 2:
-        raise TrajectoryError(f"times must be two numbers or more, not {t.shape}")
+    t = as_breaks(times, "times")
     X = as_poses(poses, "poses")
     if len(X) != len(t):
         raise TrajectoryError(f"poses must be one for each of {len(t)} times, not {len(X)}")

@@ -9,6 +9,7 @@ from scene_graph_ros.geometry.errors import InvalidPoseError
 from scene_graph_ros.trajectories import (
     BezierCurve,
     BsplineTrajectory,
+    CompositeTrajectory,
     DiscreteTimeTrajectory,
     FunctionHandleTrajectory,
     PiecewisePolynomial,
@@ -250,7 +251,7 @@ def test_poses_are_positions_and_orientations():
         ),
         (
             lambda: PiecewisePolynomial.lagrange_interpolating_polynomial([1, 0], [[0], [1]]),
-            "times must be two or more that grow",
+            r"times must grow: 1\.0 is before 0\.0",
         ),
     ],
 )
@@ -331,3 +332,70 @@ def test_derivatives_are_linear_in_control_points():
     for curve in (spline, bezier):
         with pytest.raises(TrajectoryError, match="derivative_order"):
             curve.as_linear_in_control_points(-1)
+
+
+HOLDS = [
+    PiecewisePolynomial.zero_order_hold,
+    PiecewisePolynomial.first_order_hold,
+    PiecewisePolynomial.cubic_shape_preserving,
+    PiecewisePolynomial.cubic_with_continuous_second_derivatives,
+    PiecewisePolynomial.lagrange_interpolating_polynomial,
+    lambda t, q: PiecewisePolynomial.cubic_hermite(t, q, q),
+    lambda t, q: PiecewisePolynomial.quintic_hermite(t, q, q, q),
+]
+
+
+@pytest.mark.parametrize("make", HOLDS)
+def test_times_that_do_not_grow_are_refused_by_all_that_interpolate(make):
+    """Equal ones, falling ones, one without a list, lists of lists: before any is divided by."""
+    for t, says in (
+        ([0.0, 1.0, 1.0, 2.0], r"must grow: 1\.0 is before 1\.0"),
+        ([0.0, 2.0, 1.0, 3.0], r"must grow: 2\.0 is before 1\.0"),
+        ([[0.0, 1.0, 2.0]], r"must be two numbers or more, not \(1, 3\)"),
+        (0.0, r"must be two numbers or more, not \(\)"),
+        ([], r"must be two numbers or more, not \(0,\)"),
+    ):
+        with pytest.raises(TrajectoryError, match=f"(times|breaks) {says}"):
+            make(t, np.ones((np.size(t), 2)))
+
+
+def test_arguments_of_the_wrong_kind_are_named():
+    """And a degree that is none, or lower than it can be, never is taken for the curve's own."""
+    curve = PiecewisePolynomial.cubic_shape_preserving(TIMES, SAMPLES)
+    bezier = BezierCurve(0.0, 1.0, SAMPLES)
+    both = CompositeTrajectory((bezier, bezier.shift_right(1.0)))
+    X = np.tile(np.eye(4), (5, 1, 1))
+    pose = PiecewisePose.make_linear(TIMES, X)
+    make = PiecewisePose.make_cubic_linear_with_end_linear_velocity
+    for ask, says in (
+        (lambda: curve.elevate_degree(np.inf), "degree must be a whole number from 3 on, not inf"),
+        (lambda: curve.elevate_degree("4"), "degree must be a whole number from 3 on, not '4'"),
+        (lambda: curve.elevate_degree(2), "degree must be a whole number from 3 on, not 2"),
+        (lambda: bezier.elevate_degree(3), "degree must be a whole number from 4 on, not 3"),
+        (lambda: curve.shift_right("1"), "offset must be a finite number, not '1'"),
+        (lambda: curve.shift_right(np.nan), "offset must be a finite number, not nan"),
+        (lambda: curve.concatenate_in_time(3), "what is concatenated must be .*, not 3"),
+        (lambda: both.is_continuous("1"), "order must be a whole number from 0 on, not '1'"),
+        (lambda: both.is_continuous(1, np.nan), "tolerance must be a finite number, not nan"),
+        (lambda: pose.is_approx(curve, 1e-9), "other must be a PiecewisePose, not Piece"),
+        (lambda: pose.is_approx(pose, "0"), "tolerance must be a finite number, not '0'"),
+        (lambda: make(TIMES, X, [1.0]), r"start_vel must have shape \(3,\), not \(1,\)"),
+        (lambda: make(TIMES, X, end_vel=None), "end_vel must be numbers"),
+    ):
+        with pytest.raises(TrajectoryError, match=says):
+            ask()
+    assert curve.elevate_degree(3).degree == 3
+
+
+def test_curves_without_ends_are_stacked():
+    """Infinite times are the same; a curve that begins when nothing does is none."""
+    wave = FunctionHandleTrajectory(lambda t: [np.sin(t)], 1)
+    late = FunctionHandleTrajectory(lambda t: [t, 2.0 * t], 2, 0.0)
+    stacked = StackedTrajectory((wave, wave.scale_time(2.0)))
+    assert (stacked.start_time, stacked.end_time) == (-np.inf, np.inf)
+    np.testing.assert_allclose(stacked.value(3.0), np.sin([3.0, 1.5]), rtol=1e-15)
+    with pytest.raises(TrajectoryError, match=r"parts\[1\] has the start_time 0.0, the first"):
+        StackedTrajectory((wave, late))
+    for ends in ((np.inf, np.inf), (-np.inf, -np.inf)):
+        with pytest.raises(TrajectoryError, match="start_time and end_time must be numbers in"):
+            FunctionHandleTrajectory(lambda t: [t], 1, *ends)

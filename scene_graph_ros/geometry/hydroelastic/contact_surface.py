@@ -22,6 +22,7 @@ from scene_graph_ros.geometry.hydroelastic.patches import Patches
 from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.query.representation import ContactRepresentation
 from scene_graph_ros.geometry.query.results import ResultTable
+from scene_graph_ros.geometry.real_arrays import real_array
 
 if TYPE_CHECKING:
     from scene_graph_ros.geometry.model.state import GeometryState
@@ -178,8 +179,9 @@ class ContactSurface:
         """Return ``(6, 6)``: how [moment about P, Nm; force, N] on M change as M moves, in W.
 
         By M's twist relative to N, [angular velocity; velocity of its point at P], rad/s and m/s,
-        with N and P at rest. Exact where the surface ends where there is no pressure, as between
-        convex bodies; moments and forces are those of `force_and_moment`. Raises as it.
+        with N and P at rest. Exact where the surface ends where there is no pressure, which is so
+        unless faces were left out that a pressure falls along; a rim with pressure has no part in
+        it. Moments and forces are those of `force_and_moment`. Raises as it.
         """
         vertices, pressure = self.vertices_W, self.pressure
         polygons = ((vertices[face], pressure[face]) for face in self.faces)
@@ -195,10 +197,7 @@ class ContactSurface:
 
 def _checked_point(p_WP: ArrayLike) -> FloatArray:
     """Return a point ``(3,)``. Raises QueryArgumentError."""
-    try:
-        point = np.array(p_WP, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise QueryArgumentError(f"p_WP must be three numbers: {p_WP!r}") from error
+    point = real_array(p_WP, "p_WP must be three numbers", QueryArgumentError)
     if point.shape != (3,) or not np.isfinite(point).all():
         raise QueryArgumentError(f"p_WP must be three finite numbers: {p_WP!r}")
     return point

@@ -28,6 +28,7 @@ from scene_graph_ros.planning.certified.pair_certificate import PairCertificate
 from scene_graph_ros.planning.certified.pair_problem import PairProblems
 from scene_graph_ros.planning.certified.pair_search import better_pair, certified_pair, first_proof
 from scene_graph_ros.planning.certified.polytope_certificate import (
+    checked_pairs,
     GeometryPair,
     PairFailure,
     PolytopeCertificate,
@@ -35,6 +36,7 @@ from scene_graph_ros.planning.certified.polytope_certificate import (
 from scene_graph_ros.planning.certified.rational_kinematics import RationalForwardKinematics
 from scene_graph_ros.planning.certified.search_options import (
     as_given_polytope,
+    as_search_options,
     BilinearAlternationOptions,
     BinarySearchOptions,
     FindSeparationCertificateOptions,
@@ -215,11 +217,11 @@ class CspaceFreePolytope:
         at ``scale_min`` is not proven. Raises as `find_separation_certificate_given_polytope`, and
         for a centre that is not inside.
         """
-        chosen = BinarySearchOptions() if options is None else options
+        chosen = as_search_options(options, BinarySearchOptions)
         make_region(self._kinematics, C, d)
         rows, sides = checked_rows(C, d, len(self._kinematics.s_limits()[0]))
         center = self._checked_inside(s_center, rows, sides, "s_center")
-        pairs = list(ignored_collision_pairs)
+        pairs: Any = self._ignored(ignored_collision_pairs)
 
         def at(scale: float) -> PolytopeCertificate:
             height = rows @ center
@@ -267,7 +269,7 @@ class CspaceFreePolytope:
         room. Each polytope is proven; where the first is not, the list is empty. Raises
         as `find_separation_certificate_given_polytope`, and for ``s_inner_pts`` that are outside.
         """
-        chosen = BilinearAlternationOptions() if options is None else options
+        chosen = as_search_options(options, BilinearAlternationOptions)
         workers = checked_executor(executor)
         ignored = self._ignored(ignored_collision_pairs)
         region = make_region(self._kinematics, C_init, d_init)
@@ -349,14 +351,7 @@ class CspaceFreePolytope:
         return ids, PairFailure((names[0], names[1]), "collision", reason, q=at)
 
     def _ignored(self, pairs: Iterable[GeometryPair]) -> frozenset[frozenset[int]]:
-        known = {frozenset({int(a), int(b)}) for a, b in self.geometry_pairs}
-        result = set()
-        for pair in pairs:
-            both = frozenset(int(each) for each in pair)
-            if both not in known:
-                raise CertificateError(f"geometries {sorted(both)} are no pair that is checked")
-            result.add(both)
-        return frozenset(result)
+        return checked_pairs(pairs, self.geometry_pairs)
 
     def _checked_inside(
         self, point: ArrayLike, C: NDArray[np.float64], d: NDArray[np.float64], label: str

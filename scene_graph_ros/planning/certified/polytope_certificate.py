@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+import numbers
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,8 @@ from numpy.typing import NDArray
 from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
 from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.one_line import one_line
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.planning.certified.errors import CertificateError
 from scene_graph_ros.planning.certified.lagrangians import AffineFunction
 from scene_graph_ros.planning.certified.pair_certificate import PairCertificate
 from scene_graph_ros.planning.certified.pair_problem import PairProblems
@@ -19,7 +22,7 @@ from scene_graph_ros.planning.certified.rational_kinematics import RationalForwa
 from scene_graph_ros.planning.certified.tangent_region import TangentRegion
 from scene_graph_ros.planning.pairs.checker_plan import CheckerPlan
 
-__all__ = ["PairFailure", "PolytopeCertificate"]
+__all__ = ["PairFailure", "PolytopeCertificate", "checked_pairs"]
 
 GeometryPair = tuple[GeometryId, GeometryId]
 
@@ -130,3 +133,22 @@ class PolytopeCertificate:
             replace(self.certificates[self.plan.ids(pair)], problem=problems.make(pair)).verify()
             for pair in self.pairs()
         )
+
+
+def checked_pairs(
+    pairs: Iterable[GeometryPair], known: Iterable[GeometryPair]
+) -> frozenset[frozenset[int]]:
+    """Return known pairs as sets of numbers, in any order. Raises CertificateError for others."""
+    given: Any = pairs
+    if isinstance(given, str) or not isinstance(given, Iterable):
+        raise CertificateError(f"pairs must be pairs of geometries, not {quoted(given)}")
+    all_known = {frozenset({int(a), int(b)}) for a, b in known}
+    result = set()
+    for pair in given:
+        each: Any = list(pair) if isinstance(pair, Iterable) else []
+        are_ids = all(isinstance(k, GeometryId | numbers.Integral) for k in each)
+        both = frozenset(map(int, each)) if are_ids else frozenset()
+        if both not in all_known:
+            raise CertificateError(f"geometries {quoted(pair)} are no pair that is checked")
+        result.add(both)
+    return frozenset(result)

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 import enum
 import math
-from typing import Any
+from typing import Any, TypeVar
 
 from scene_graph_ros.convex.errors import ConvexSetError
 from scene_graph_ros.convex.solve.cones.solver_choice import (
@@ -17,6 +17,7 @@ from scene_graph_ros.convex.solve.cones.solver_choice import (
 from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array
+from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.planning.certified.errors import CertificateError
 
 __all__ = [
@@ -27,7 +28,10 @@ __all__ = [
     "FindSeparationCertificateGivenPolytopeOptions",
     "FindSeparationCertificateOptions",
     "as_given_polytope",
+    "as_search_options",
 ]
+
+Options = TypeVar("Options")
 
 
 class EllipsoidMarginCost(enum.Enum):
@@ -106,12 +110,12 @@ class FindPolytopeGivenLagrangianOptions:
                 "ellipsoid_margin_cost must be an EllipsoidMarginCost, not"
                 f" {quoted(self.ellipsoid_margin_cost)}"
             )
-        if not 0.0 < self.ellipsoid_margin_epsilon < math.inf:
+        if not 0.0 < _number(self.ellipsoid_margin_epsilon) < math.inf:
             raise CertificateError(
                 "ellipsoid_margin_epsilon must be positive, not"
                 f" {quoted(self.ellipsoid_margin_epsilon)}"
             )
-        if self.backoff_scale is not None and not 0.0 <= self.backoff_scale < 1.0:
+        if self.backoff_scale is not None and not 0.0 <= _number(self.backoff_scale) < 1.0:
             raise CertificateError(
                 f"backoff_scale must be None or in [0, 1), not {quoted(self.backoff_scale)}"
             )
@@ -120,7 +124,10 @@ class FindPolytopeGivenLagrangianOptions:
                 "search_s_bounds_lagrangians must be True or False, not"
                 f" {quoted(self.search_s_bounds_lagrangians)}"
             )
-        points = real_array(self.s_inner_pts, "s_inner_pts must be numbers", CertificateError)
+        rule = "s_inner_pts must be numbers (m, nq)"
+        points = real_array(self.s_inner_pts, rule, CertificateError)
+        if points.ndim != 2 and points.shape != (0,):
+            raise CertificateError(f"{rule}, not {quoted(self.s_inner_pts)}")
         object.__setattr__(self, "s_inner_pts", tuple(map(tuple, points.tolist())))
         _solver_of(self)
 
@@ -149,12 +156,12 @@ class BinarySearchOptions:
 
     def __post_init__(self) -> None:
         """Raise CertificateError naming the option."""
-        if not 0.0 < self.scale_min <= self.scale_max or not math.isfinite(self.scale_max):
+        if not 0.0 < _number(self.scale_min) <= _number(self.scale_max) < math.inf:
             raise CertificateError(
                 "scale_min and scale_max must be positive, in this order, not"
                 f" {quoted(self.scale_min)} and {quoted(self.scale_max)}"
             )
-        if not self.convergence_tol > 0.0:
+        if not _number(self.convergence_tol) > 0.0:
             raise CertificateError(
                 f"convergence_tol must be positive, not {quoted(self.convergence_tol)}"
             )
@@ -199,11 +206,11 @@ class BilinearAlternationOptions:
                     "find_polytope_options has ellipsoid_margin_cost, ellipsoid_margin_epsilon and"
                     " s_inner_pts: give them there, or leave it out"
                 )
-        if not 0.0 <= self.convergence_tol < math.inf:
+        if not 0.0 <= _number(self.convergence_tol) < math.inf:
             raise CertificateError(
                 f"convergence_tol must not be negative, not {quoted(self.convergence_tol)}"
             )
-        if not 0.0 < self.ellipsoid_scaling <= 1.0:
+        if not 0.0 < _number(self.ellipsoid_scaling) <= 1.0:
             raise CertificateError(
                 f"ellipsoid_scaling must be in (0, 1], not {quoted(self.ellipsoid_scaling)}"
             )
@@ -226,14 +233,24 @@ def as_given_polytope(
     options: FindSeparationCertificateOptions | None,
 ) -> FindSeparationCertificateGivenPolytopeOptions:
     """Return options of a search in a polytope. Raises CertificateError for anything else."""
-    given = FindSeparationCertificateOptions() if options is None else options
-    if not isinstance(given, FindSeparationCertificateOptions):
-        raise CertificateError(
-            f"options must be FindSeparationCertificateOptions, not {quoted(given)}"
-        )
+    given = as_search_options(options, FindSeparationCertificateOptions)
     if isinstance(given, FindSeparationCertificateGivenPolytopeOptions):
         return given
     return FindSeparationCertificateGivenPolytopeOptions(**vars(given))
+
+
+def as_search_options(options: Any, kind: type[Options]) -> Options:
+    """Return options of a kind, its defaults for None. Raises CertificateError."""
+    given = kind() if options is None else options
+    if not isinstance(given, kind):
+        raise CertificateError(f"options must be {kind.__name__}, not {quoted(given)}")
+    return given
+
+
+def _number(value: object) -> float:
+    """Return a number as a float; NaN, which is in no range, for anything else."""
+    number = as_float(value)
+    return math.nan if number is None else number
 
 
 def _solver_of(options: Any) -> SolverChoice | None:

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 import enum
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.one_line import one_line
+from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.shapes.capsule import Capsule
 from scene_graph_ros.geometry.shapes.cylinder import Cylinder
 from scene_graph_ros.geometry.shapes.half_space import HalfSpace
 from scene_graph_ros.geometry.shapes.shape import Shape
 from scene_graph_ros.geometry.shapes.sphere import Sphere
+from scene_graph_ros.planning.certified.errors import CertificateError
 from scene_graph_ros.planning.certified.pair_shapes import rounded_hull
 from scene_graph_ros.planning.certified.rational_kinematics import RationalForwardKinematics
 from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
@@ -102,8 +105,11 @@ class CSpaceSeparatingPlane:
     plane_degree: SeparatingPlaneOrder = SeparatingPlaneOrder.AFFINE
 
     def geometry(self, side: PlaneSide) -> CIrisCollisionGeometry:
-        """Return the geometry on one side."""
-        is_positive = PlaneSide(side) is PlaneSide.POSITIVE
+        """Return the geometry on one side. Raises CertificateError for what is no side."""
+        given: Any = side
+        if not isinstance(given, PlaneSide):
+            raise CertificateError(f"side must be a PlaneSide, not {quoted(given)}")
+        is_positive = given is PlaneSide.POSITIVE
         return self.positive_side_geometry if is_positive else self.negative_side_geometry
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,6 +28,9 @@ def compute_collision_avoidance_displacement(
 
     Raises CollisionCheckerError for other numbers, and KinematicTreeError for a bad q.
     """
+    given: Any = checker
+    if not isinstance(given, CollisionChecker):
+        raise CollisionCheckerError(f"checker must be a CollisionChecker, not {quoted(given)}")
     least, most = as_float(max_penetration), as_float(max_clearance)
     if least is None or not -math.inf < least <= 0.0:
         raise CollisionCheckerError(

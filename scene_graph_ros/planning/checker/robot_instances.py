@@ -41,8 +41,11 @@ def robot_instances(
         return RobotInstances(None, np.empty(0, dtype=np.int64))
     inspector, tree = snapshot.inspector, model.tree
     owners = {link: inspector.get_owning_source_name(f) for link, f in model.frames.items()}
-    given: Any = [names] if isinstance(names, str) else list(names)
     known = sorted(set(owners.values()))
+    given: Any = [names] if isinstance(names, str) else names
+    if not isinstance(given, Iterable):
+        raise CollisionCheckerError(f"robot_model_instances must be names, not {quoted(given)}")
+    given = list(given)
     for name in given:
         if name not in known:
             near = suggestion(str(name), known)

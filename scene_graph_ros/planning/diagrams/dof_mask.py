@@ -38,7 +38,7 @@ class DofMask:
             given = np.asarray(self.selected)
         except ValueError:
             given = np.zeros(1)
-        if given.size == 0:
+        if given.shape == (0,):
             given = np.zeros(0, dtype=np.bool_)
         if given.dtype != np.bool_ or given.ndim != 1:
             raise CollisionCheckerError(
@@ -55,6 +55,15 @@ class DofMask:
         Joints that follow others have none. Raises KinematicTreeError for an unknown group,
         CollisionCheckerError for other joints.
         """
+        given: tuple[Any, Any] = (tree, of)
+        if not isinstance(given[0], KinematicTree):
+            raise CollisionCheckerError(
+                f"DofMask: tree must be a KinematicTree, not {quoted(tree)}"
+            )
+        if not isinstance(given[1], str | Sequence):
+            raise CollisionCheckerError(
+                f"DofMask: of must be a group or names of joints, not {quoted(of)}"
+            )
         selected = np.zeros(tree.num_positions, dtype=np.bool_)
         if isinstance(of, str):
             selected[tree.group_positions(of)] = True
@@ -65,11 +74,10 @@ class DofMask:
             count = 0 if joint.mimics else len(PARTS[joint.kind][0]) or 1
             places[joint.name] = slice(first, first + count)
             first += count
-        for name in of:
-            if name not in places:
-                raise CollisionCheckerError(
-                    f"DofMask: there is no joint {quoted(name)}{suggestion(name, list(places))}"
-                )
+        for name in given[1]:
+            if not isinstance(name, str) or name not in places:
+                near = suggestion(str(name), list(places))
+                raise CollisionCheckerError(f"DofMask: there is no joint {quoted(name)}{near}")
             selected[places[name]] = True
         return cls(selected)
 

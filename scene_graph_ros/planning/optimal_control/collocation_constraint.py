@@ -171,6 +171,11 @@ def _column(name: str, value: Any, size: int) -> Any:
         ) from error
     if column.numel() != size:
         raise TrajectoryOptimizationError(f"{name} must have {size} entries, not {column.numel()}")
+    numbers = np.zeros(0) if ca.symvar(column) else np.array(ca.evalf(column))
+    if not np.isfinite(numbers).all():
+        raise TrajectoryOptimizationError(f"{name} must be finite, not {numbers.ravel().tolist()}")
+    if name == "time_step" and not (numbers > 0.0).all():
+        raise TrajectoryOptimizationError(f"{name} must be positive, not {numbers.item()}")
     return ca.reshape(column, size, 1)
 
 

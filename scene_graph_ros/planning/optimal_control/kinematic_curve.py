@@ -320,8 +320,8 @@ class KinematicCurve:
             -infinite if lb is None else lb, infinite if ub is None else ub, self._n
         )
         made = []
-        for each in real_array(s, "s must be numbers", TrajectoryOptimizationError).ravel():
-            place = _as_place(each)
+        given_places = real_array(s, "s must be numbers", TrajectoryOptimizationError)
+        for place in [_as_place(each) for each in given_places.ravel().tolist()]:
             q, v, a = (self._at(place, k) / self._T**k for k in range(3))
             forces = equations.inverse_dynamics(q, v, a)
             made.append(self._prog.add_constraint(forces, low, high, label=f"effort, s = {place}"))

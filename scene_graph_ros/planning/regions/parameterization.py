@@ -96,7 +96,7 @@ def checked_parameterization(given: Any, where: str) -> IrisParameterizationFunc
 def _checked(
     name: str, function: PointFunction, points: NDArray[np.float64], shape: tuple[int, ...]
 ) -> NDArray[np.float64]:
-    given = function(points)
+    given = function(points.copy())  # which it may write into
     rule = f"{name} must return finite numbers"
     result = real_array(given, rule, RegionError)
     if result.shape != shape or not np.isfinite(result).all():

@@ -8,6 +8,8 @@ from scene_graph_ros.geometry import (
     add_compliant_hydroelastic_properties,
     add_rigid_hydroelastic_properties,
     Box,
+    Cylinder,
+    Ellipsoid,
     GeometryFrame,
     GeometryInstance,
     ProximityProperties,
@@ -130,3 +132,18 @@ def test_bad_points_are_refused():
     found = surface(pose([0.0, 0.0, 0.8]), pose([0.0, 0.0, 0.0]))
     with pytest.raises(QueryArgumentError, match="p_WP must be three finite numbers"):
         found.force_and_moment_derivatives([0.0, np.nan, 0.0])
+    for ask in (found.force_and_moment, found.force_and_moment_derivatives):
+        for wrong in (["0", "1", "2"], [0.0, 1j, 0.0]):
+            with pytest.raises(QueryArgumentError, match="p_WP must be three numbers"):
+                ask(wrong)
+
+
+@pytest.mark.parametrize("hint", [0.3, 0.1])
+@pytest.mark.parametrize("is_rigid", [(False, True), (False, False)])
+def test_derivatives_of_curved_bodies_are_those_of_differences(hint, is_rigid):
+    """Of their meshes, coarse and finer; all faces are there, so the rim has no pressure."""
+    surface = scene(Ellipsoid(0.5, 0.4, 0.3), Cylinder(0.6, 1.0), (hint, hint), is_rigid)
+    X_WM, X_WN = pose([0.15, -0.1, 0.7], [0.2, 0.1, 0.3]), pose([0.0, 0.0, 0.0], [0.05, 0.1, 0.2])
+    found = surface(X_WM, X_WN).force_and_moment_derivatives(P)
+    expected = differences(surface, X_WM, X_WN)
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-6 * np.abs(expected).max())

@@ -332,3 +332,46 @@ def test_other_arguments_are_refused(search):
         search.solve_separation_certificate_program(3)
     with pytest.raises(CertificateError, match="options must be Find"):
         search.find_separation_certificate_given_polytope(BOX, np.full(4, 0.1), (), {"a": 1})
+
+
+@pytest.mark.parametrize(
+    ("kind", "names"),
+    [
+        (FindPolytopeGivenLagrangianOptions, ("backoff_scale", "ellipsoid_margin_epsilon")),
+        (BinarySearchOptions, ("scale_min", "scale_max", "convergence_tol")),
+        (BilinearAlternationOptions, ("convergence_tol", "ellipsoid_scaling")),
+    ],
+)
+def test_numbers_of_options_are_numbers(kind, names):
+    """Text, lists and truth values are none, and are named."""
+    for name in names:
+        for wrong in ("0.5", [0.5], True, float("nan")):
+            with pytest.raises(CertificateError, match=name):
+                kind(**{name: wrong})
+    for wrong in ([0.0], 0.0, [[[0.0]]]):
+        with pytest.raises(CertificateError, match=r"s_inner_pts must be numbers \(m, nq\), not"):
+            BilinearAlternationOptions(s_inner_pts=wrong)
+
+
+def test_what_is_no_pair_no_side_and_no_options_is_refused(search, cut):
+    """By name and value, in all searches."""
+    C, d = cut
+    pair = search.geometry_pairs[0]
+    plane = search.separating_planes[0]
+    for ask, says in (
+        (lambda: search.find_pair_certificate("no", C, d), "geometries 'no' are no pair"),
+        (lambda: search.find_pair_certificate(None, C, d), "geometries None are no pair"),
+        (lambda: search.find_pair_certificate((*pair, 0.5), C, d), None),
+        (lambda: search.find_separation_certificate_given_polytope(C, d, 3), "pairs must be"),
+        (lambda: search.binary_search(C, d, [0.0, 0.0], 3), "pairs must be pairs of .*, not 3"),
+        (lambda: search.binary_search(C, d, [0.0, 0.0], options=3), "be BinarySearchOptions"),
+        (
+            lambda: search.search_with_bilinear_alternation(C, d, options="no"),
+            "options must be BilinearAlternationOptions, not 'no'",
+        ),
+        (lambda: plane.geometry("positive"), "side must be a PlaneSide, not 'positive'"),
+    ):
+        with pytest.raises(CertificateError, match=says or "are no pair that is checked"):
+            ask()
+    turned = search.find_pair_certificate((int(pair[1]), int(pair[0])), C, d)
+    assert turned.clearance == search.find_pair_certificate(pair, C, d).clearance

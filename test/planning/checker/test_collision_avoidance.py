@@ -60,3 +60,9 @@ def test_numbers_that_make_no_sense_are_refused(slide, penetration, clearance, m
     """By name and value."""
     with pytest.raises(CollisionCheckerError, match=message):
         compute_collision_avoidance_displacement(slide, [0.5], penetration, clearance)
+
+
+def test_what_is_no_checker_is_refused():
+    """By its value."""
+    with pytest.raises(CollisionCheckerError, match="must be a CollisionChecker, not 'arm'"):
+        compute_collision_avoidance_displacement("arm", [0.0], -0.05, 0.1)

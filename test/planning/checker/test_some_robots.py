@@ -171,3 +171,9 @@ def test_names_of_no_robot_are_refused(model, names, says):
     """And no names at all."""
     with pytest.raises(CollisionCheckerError, match=says):
         SceneGraphCollisionChecker(model, robot_model_instances=names)
+
+
+def test_a_number_is_no_list_of_robots(model):
+    """Names are told apart from what can't be gone through."""
+    with pytest.raises(CollisionCheckerError, match="must be names, not 3"):
+        SceneGraphCollisionChecker(model, robot_model_instances=3)

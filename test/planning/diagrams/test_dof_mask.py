@@ -54,9 +54,19 @@ def test_joints_by_name(tmp_path):
     assert DofMask.make_from_model(tree, []).count == 0
     with pytest.raises(CollisionCheckerError, match="there is no joint 'lifft'"):
         DofMask.make_from_model(tree, ["lifft"])
+    for wrong in ([3], [None], [["lift"]]):
+        with pytest.raises(CollisionCheckerError, match="there is no joint"):
+            DofMask.make_from_model(tree, wrong)
+    for wrong in (3, None):
+        with pytest.raises(CollisionCheckerError, match=f"of must be .*, not {wrong}"):
+            DofMask.make_from_model(tree, wrong)
+    with pytest.raises(CollisionCheckerError, match="tree must be a KinematicTree, not 'arm'"):
+        DofMask.make_from_model("arm", ["lift"])
 
 
-@pytest.mark.parametrize("selected", [[0, 1], [[True]], "yes", None, [True, None], [[True], []]])
+@pytest.mark.parametrize(
+    "selected", [[0, 1], [[True]], "yes", None, [True, None], [[True], []], [[]]]
+)
 def test_what_is_no_mask_is_refused(selected):
     """Numbers are no truth values."""
     with pytest.raises(CollisionCheckerError, match="DofMask: selected must be True or False"):

@@ -141,3 +141,24 @@ def test_what_makes_no_step_is_refused():
         DirectCollocationConstraint(Dynamics(lambda x, u, t, p: x, 1, 0, discrete_step=0.1))
     with pytest.raises(DynamicsError, match="dynamics must be Dynamics"):
         DirectCollocationConstraint(3)
+
+
+@pytest.mark.parametrize(
+    ("changed", "says"),
+    [
+        ({"time_step": -0.1}, r"time_step must be positive, not -0\.1"),
+        ({"time_step": 0.0}, r"time_step must be positive, not 0\.0"),
+        ({"time_step": np.inf}, r"time_step must be finite, not \[inf\]"),
+        ({"state": [0.0, np.nan]}, r"state must be finite, not \[0\.0, nan\]"),
+        ({"time": np.nan}, r"time must be finite, not \[nan\]"),
+    ],
+)
+def test_numbers_that_no_program_can_hold_are_refused(changed, says):
+    """As a call of the constraint refuses them: no row of NaN comes to a solver."""
+    prog = NonlinearProgram()
+    x, u = prog.new_variables(2, "x"), prog.new_variables(1, "u")
+    given = {"time_step": 0.1, "state": x, "next_state": x, "input": u, "next_input": u}
+    with pytest.raises(TrajectoryOptimizationError, match=says):
+        add_direct_collocation_constraint(
+            DirectCollocationConstraint(CURVED), prog=prog, **(given | changed)
+        )

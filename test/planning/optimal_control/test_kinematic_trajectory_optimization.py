@@ -284,3 +284,4 @@ def test_efforts_are_bounded_where_that_is_asked():
     problem = KinematicTrajectoryOptimization(1, 8)
     with pytest.raises(TrajectoryOptimizationError, match="s must be from 0 to 1"):
         problem.add_effort_bounds_at_normalized_times(dynamics, [0.5, 1.5])
+    assert not [c for c in problem.prog().constraints if c.label.startswith("effort")]

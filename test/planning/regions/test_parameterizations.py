@@ -195,3 +195,13 @@ def test_a_parameterization_shows_what_it_has():
     function = IrisParameterizationFunction(np.abs, np.sign, dimension=1)
     again = pickle.loads(pickle.dumps(function))
     assert again.dimension == 1 and again.has_jacobian
+
+
+def test_a_function_that_writes_into_its_points_changes_no_others(arm):
+    """It has a copy of them: the region is that of the function that does not."""
+    regions = [
+        iris_zo(arm, ball([0.0, 0.0]), DOMAIN, replace(FAST, parameterization=function))
+        for function in (lambda s: 0.5 * s, lambda s: np.multiply(s, 0.5, out=s))
+    ]
+    np.testing.assert_array_equal(regions[0].A, regions[1].A)
+    np.testing.assert_array_equal(regions[0].b, regions[1].b)
