@@ -28,6 +28,9 @@ MAX_CORNERS = 20_000_000
 MAX_PLACES = 100_000
 """How often the bodies of a COLLADA file may be placed."""
 
+_MOST_VISITS = 10 * MAX_PLACES
+"""How often its nodes may be: those that place no body take time, too."""
+
 _MAX_DEPTH = 100
 
 MAX_NODE_DEPTH = 500
@@ -150,9 +153,12 @@ def _check_dae(contents: bytes, name: str) -> None:
         if isinstance(error, MeshError):
             raise
         raise MeshError(f"{name}: unreadable dae: {error}") from error
-    count = sum(nodes.places(key, 0) for key in nodes.top)
+    counted = [nodes.places(key, 0) for key in nodes.top]
+    count, visits = (sum(each[k] for each in counted) for k in range(2))
     if count > MAX_PLACES:
         raise MeshError(f"{name}: it places bodies {count} times, more than {MAX_PLACES}")
+    if visits > _MOST_VISITS:
+        raise MeshError(f"{name}: it places nodes {visits} times, more than {_MOST_VISITS}")
 
 
 class _ColladaNodes:
@@ -165,7 +171,7 @@ class _ColladaNodes:
         self.top: list[str] = []
         self.bodies: dict[str, int] = {}
         self.inner: dict[str, list[str]] = {}
-        self.known: dict[str, int] = {}
+        self.known: dict[str, tuple[int, int]] = {}
         self.parser = expat.ParserCreate()
         self.parser.StartElementHandler = self.start
         self.parser.EndElementHandler = self.end
@@ -201,13 +207,17 @@ class _ColladaNodes:
     def entity(self, name: str, *_details: object) -> None:
         raise MeshError(f"{self.name}: entity {name[:60]!r}: entities are refused")
 
-    def places(self, key: str, depth: int) -> int:
-        """Count the bodies that a node places. Raises MeshError where that has no end."""
+    def places(self, key: str, depth: int) -> tuple[int, int]:
+        """Count the bodies and the nodes, with itself, that a node places.
+
+        Raises MeshError where that has no end.
+        """
         if depth > _MAX_DEPTH:
             raise MeshError(f"{self.name}: nodes refer to nodes more than {_MAX_DEPTH} deep")
         if key not in self.known:
-            inner = sum(self.places(other, depth + 1) for other in self.inner.get(key, ()))
-            self.known[key] = self.bodies.get(key, 0) + inner
+            inner = [self.places(other, depth + 1) for other in self.inner.get(key, ())]
+            bodies = self.bodies.get(key, 0) + sum(each[0] for each in inner)
+            self.known[key] = bodies, 1 + sum(each[1] for each in inner)
         return self.known[key]
 
 

@@ -92,6 +92,13 @@ def test_collada_that_doubles_forty_times():
     assert "it places bodies" in refusal(collada("".join(nodes)), "dae")
 
 
+def test_collada_that_doubles_nothing():
+    """Nor may nodes without a body in the end: they are gone through, too."""
+    twice = '<instance_node url="#n{0}"/><instance_node url="#n{0}"/>'
+    nodes = "".join(f'<node id="n{i}">{twice.format(i + 1)}</node>' for i in range(40))
+    assert "it places nodes" in refusal(collada(nodes + '<node id="n40"/>'), "dae")
+
+
 def test_collada_without_end():
     """A node that places itself, elements nested without end, and entities are refused."""
     loop = collada('<node id="n0"><instance_node url="#n0"/></node>')
