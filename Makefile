@@ -112,7 +112,7 @@ test-uncompiled: environment  ## test some of the core's kernels uncompiled, in 
 # Python keeps the bytecode of a file of tests where one process has read it. Where all processes of
 # a run read all files at once, each of them makes it.
 collected: environment  ## read the files of all tests
-	$(RUN) -m pytest --collect-only -qq $(ROS_TESTS) $(CORE_TESTS) > /dev/null
+	@told=$$($(RUN) -m pytest --collect-only -qq $(ROS_TESTS) $(CORE_TESTS)) || { echo "$$told"; false; }
 
 EFFORT ?= 50
 SEARCH_SEED := $(shell date +%s)

@@ -136,7 +136,7 @@ def commands(text: str) -> Iterator[str]:
 
 
 def _more_of(command: str) -> str:
-    """Return what a command of a reader gets beside what the page says."""
+    """Return the arguments that a command gets beside those on the page."""
     more = ""
     if "-m scene_graph_ros.node" in command:
         # On a busy machine a robot may not be heard of for seconds.

@@ -125,7 +125,7 @@ def _inputs(element: Any, document: Document) -> Iterator[Input]:
 
 
 def _stated(element: Any, found: int) -> int:
-    """Return how many faces there are. Raises ValueError where the element says another number."""
+    """Return the number of faces. Raises ValueError where the element says another one."""
     stated = int(element.get("count", found))
     if stated != found:
         raise ValueError(f"{found} of {stated} {element.tag} that it states")

@@ -80,7 +80,7 @@ def _address(document: Document, params: dict[str | None, Any], key: str | None)
 
 
 def _number(bound: Any, symbol: str | None) -> str | None:
-    """Return which texture coordinates a material's symbol is bound to, if it is."""
+    """Return the number of the texture coordinates that a symbol is bound to, if it is."""
     for one in bound.findall("bind_vertex_input"):
         if one.get("semantic") == symbol and one.get("input_semantic") == "TEXCOORD":
             return str(one.get("input_set", "0"))
