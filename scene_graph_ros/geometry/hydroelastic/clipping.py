@@ -78,7 +78,7 @@ class Work(NamedTuple):
     """(P, WIDTH) a row each: up to eight corners, the unit normal into the pair's first body, the
     pressure as gradient and constant, the area, the centroid."""
     labels: NDArray[np.int64]
-    """(P, 3) number of corners, elements of the first and the second body (-1: rigid)."""
+    """(P, 3) number of corners, elements of the first and the second body (-1: of none)."""
     counts: NDArray[np.int64]
     """(3,) how many polygons there are, whether there was no room for one, surfaces."""
 
@@ -303,8 +303,8 @@ def meet_triangle(elements, planes, a, moved, slack, polygon):
 
 
 @lean_kernel
-def add_triangle(elements, planes, a, cutting, slack, narrow, work):
-    """Add the part of a rigid triangle inside tetrahedron a, in A.
+def add_triangle(elements, planes, a, b, cutting, slack, narrow, work):
+    """Add the part of rigid triangle b inside tetrahedron a, in A.
 
     The triangle is in ``moved`` and in the first half of ``buffer``, and ``cutting`` is the
     answer of ``meet_triangle`` about it, not -1. The rest is as for ``add_cut_by_level``.
@@ -317,7 +317,7 @@ def add_triangle(elements, planes, a, cutting, slack, narrow, work):
     side, count = clip_by_tetrahedron(buffer, 3, n, planes[a], cutting, slack, work.heights)
     if count > 0:
         field = (g[0], g[1], g[2], elements[a, 19])
-        _keep(buffer[side], count, n, field, (a, -1), narrow, work)
+        _keep(buffer[side], count, n, field, (a, b), narrow, work)
 
 
 @lean_kernel
@@ -394,4 +394,4 @@ def cut_triangle_by_slab(elements, t, slab, field, plane, slack, narrow, work):
         buffer, 0, 3, normal, scale(-1.0, n), -offset, slack, work.heights
     )
     if count > 0:
-        _keep(buffer[side], count, normal, field, (slab, -1), narrow, work)
+        _keep(buffer[side], count, normal, field, (slab, t), narrow, work)

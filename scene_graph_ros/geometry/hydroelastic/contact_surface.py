@@ -10,6 +10,7 @@ fields of coarse meshes meet, neighbours need not have equal corners.
 from __future__ import annotations
 
 from collections.abc import Mapping
+import functools
 import itertools
 from typing import Any, overload, TYPE_CHECKING
 
@@ -17,8 +18,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.errors import QueryArgumentError
-from scene_graph_ros.geometry.hydroelastic.force_derivatives import force_derivatives
+from scene_graph_ros.geometry.hydroelastic.force_derivatives import (
+    force_derivatives,
+    normal_rates,
+)
 from scene_graph_ros.geometry.hydroelastic.patches import Patches
+from scene_graph_ros.geometry.hydroelastic.rims import rim_derivatives
 from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.query.representation import ContactRepresentation
 from scene_graph_ros.geometry.query.results import ResultTable
@@ -179,14 +184,23 @@ class ContactSurface:
         """Return ``(6, 6)``: how [moment about P, Nm; force, N] on M change as M moves, in W.
 
         By M's twist relative to N, [angular velocity; velocity of its point at P], rad/s and m/s,
-        with N and P at rest. Exact where the surface ends where there is no pressure, which is so
-        unless faces were left out that a pressure falls along; a rim with pressure has no part in
-        it. Moments and forces are those of `force_and_moment`. Raises as it.
+        with N and P at rest. Exact for the surface as it is, also where it ends with pressure
+        because faces were left out that a pressure falls along. At some poses the force has a kink
+        or a jump and no derivative: where a face lies in a face of the other body's mesh or an
+        edge in two of them, and where a pressure falls along a face just as steeply as is
+        accepted. There it is that of the faces there are. Moments and forces are those of
+        `force_and_moment`. Raises as it.
         """
         vertices, pressure = self.vertices_W, self.pressure
-        polygons = ((vertices[face], pressure[face]) for face in self.faces)
+        polygons = [(vertices[face], pressure[face]) for face in self.faces]
         gradients = self.grad_pressure_M_W, self.grad_pressure_N_W
-        return force_derivatives(polygons, self.face_normals_W, gradients, _checked_point(p_WP))
+        normals, point = self.face_normals_W, _checked_point(p_WP)
+        rates = normal_rates(normals, gradients)
+        inside = force_derivatives(polygons, normals, gradients, rates, point)
+        patches = self._table._patches
+        planes = functools.partial(patches.planes, self._row)
+        narrow = float(patches.narrow[self._row])
+        return inside + rim_derivatives(polygons, normals, rates, planes, narrow, point)
 
     def __repr__(self) -> str:
         return (

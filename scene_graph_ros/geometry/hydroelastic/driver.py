@@ -30,7 +30,7 @@ from scene_graph_ros.geometry.hydroelastic.pairs import (
     half_space_and_volume,
     volume_and_other,
 )
-from scene_graph_ros.geometry.hydroelastic.patches import Patches
+from scene_graph_ros.geometry.hydroelastic.patches import ElementFields, Patches
 from scene_graph_ros.geometry.hydroelastic.placing import (
     BEGIN,
     END,
@@ -70,7 +70,7 @@ def _add_pair(table, a, b, X_WA, X_WB, work):
     Poses are (R, p).
 
     Returns:
-        whether they are in the frame of b, instead of a.
+        whether they are in the frame of b, instead of a, and the width (m) too narrow to keep.
 
     """
     (R_WA, p_WA), (R_WB, p_WB) = X_WA, X_WB
@@ -84,21 +84,23 @@ def _add_pair(table, a, b, X_WA, X_WB, work):
         X_BA = relative_pose(R_WB, p_WB, R_WA, p_WA)
         slab, margin = table.element_start[body_A], table.margin[a]
         half_space_and_surface(table, slab, margin, body_B, X_BA, slack, narrow, work)
-        return True
+        return True, narrow
     if kind_B in (COMPLIANT_VOLUME, RIGID_SURFACE):
         is_rigid = kind_B == RIGID_SURFACE
         volume_and_other(table, body_A, body_B, is_rigid, (R_AB, p_AB), slack, narrow, work)
-        return False
+        return False, narrow
     slab, margin = -1, 0.0
     if kind_B == COMPLIANT_HALF_SPACE:
         slab, margin = table.element_start[body_B], table.margin[b]
     half_space_and_volume(table, body_A, slab, margin, (R_AB, p_AB), slack, narrow, work)
-    return False
+    return False, narrow
 
 
 @lean_kernel
-def _find_polygons(table, X_WG, pairs, begin, surfaces, work):
+def _find_polygons(table, X_WG, pairs, begin, surfaces, narrow, work):
     """Add the polygons of pairs from ``begin`` on, and their surfaces.
+
+    ``narrow`` is filled with the width, of each surface, of faces that are too narrow to keep.
 
     Returns:
         how many pairs are done: fewer than all where there was no more room for polygons;
@@ -116,7 +118,7 @@ def _find_polygons(table, X_WG, pairs, begin, surfaces, work):
         X_WA = load_rotation(X_WG, a), load_translation(X_WG, a)
         X_WB = load_rotation(X_WG, b), load_translation(X_WG, b)
         before = counts[COUNT]
-        in_B = _add_pair(table, a, b, X_WA, X_WB, work)
+        in_B, too_narrow = _add_pair(table, a, b, X_WA, X_WB, work)
         if counts[FULL]:
             counts[COUNT] = before
             return k
@@ -125,6 +127,7 @@ def _find_polygons(table, X_WG, pairs, begin, surfaces, work):
             surfaces[s, ROW_M], surfaces[s, ROW_N] = i, j
             surfaces[s, FRAME], surfaces[s, FLIPPED] = b if in_B else a, flipped
             surfaces[s, BEGIN], surfaces[s, END] = before, counts[COUNT]
+            narrow[s] = too_narrow
             counts[SURFACES] = s + 1
     return len(pairs)
 
@@ -199,10 +202,10 @@ def _solve(
     scratch: _Scratch,
 ) -> Patches:
     scratch.begin()
-    surfaces = np.empty((len(pairs), SURFACE_WIDTH), np.int64)
+    surfaces, narrow = np.empty((len(pairs), SURFACE_WIDTH), np.int64), np.empty(len(pairs))
     done = 0
     while done < len(pairs):
-        done = _find_polygons(table, X_WG, pairs, done, surfaces, scratch.work)
+        done = _find_polygons(table, X_WG, pairs, done, surfaces, narrow, scratch.work)
         if scratch.work.counts[FULL]:
             scratch.grow()
     work = scratch.work
@@ -210,4 +213,5 @@ def _solve(
     arrays = place_polygons(
         table.margin, X_WG, surfaces[:found], work.polygons, work.labels, triangles, _answers
     )
-    return Patches(arrays, table.gradients, X_WG[surfaces[:found, :2]])
+    of_elements = ElementFields(table.gradients, table.planes)
+    return Patches(arrays, of_elements, X_WG[surfaces[:found, :2]], narrow[:found].copy())

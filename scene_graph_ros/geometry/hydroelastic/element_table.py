@@ -40,7 +40,8 @@ class ElementTable(NamedTuple):
     gradients: FloatArray
     """(E, 3): of the elements' pressure, 0 for triangles."""
     planes: FloatArray
-    """(E, 16): for tetrahedra the x, y and z of four unit normals inwards, and four offsets."""
+    """(E, 16): for tetrahedra the x, y and z of four unit normals inwards, and four offsets; the
+    same for triangles of planes through their three sides and, last, 0."""
     boxes: FloatArray
     """(E, 6): centre and half extents of each element."""
     node_start: IntArray
@@ -77,6 +78,7 @@ def build_element_table(table: BodyTable) -> ElementTable:
     elements[is_triangle, 16:19] = table.normals[rows][is_triangle]
     planes = np.zeros((len(rows), 16))
     planes[is_tetrahedron] = _planes(tetrahedra)
+    planes[is_triangle] = _side_planes(triangles, elements[is_triangle, 16:19])
     boxes = np.zeros((len(rows), 6))
     for which, corners in ((is_tetrahedron, tetrahedra), (is_triangle, triangles)):
         boxes[which] = _centred(corners.min(axis=1), corners.max(axis=1))
@@ -121,4 +123,17 @@ def _planes(corners: FloatArray) -> FloatArray:
         normals *= np.where(inside < 0.0, -1.0, 1.0)[:, None]
         planes[:, k, :3] = normals
         planes[:, k, 3] = -np.einsum("ij,ij->i", normals, (a + b + c) / 3.0)
+    return planes.transpose(0, 2, 1).reshape(-1, 16)
+
+
+def _side_planes(corners: FloatArray, normals: FloatArray) -> FloatArray:
+    """Return (n, 16) planes through the sides of (n, 4, 3) triangles, upright on them."""
+    planes = np.zeros((len(corners), 4, 4))
+    for k in range(3):
+        a, b = corners[:, k], corners[:, k + 1]
+        inward = np.cross(normals, b - a)
+        lengths = np.linalg.norm(inward, axis=1, keepdims=True)
+        np.divide(inward, lengths, out=inward, where=lengths > 0.0)  # a flat one has no normal
+        planes[:, k, :3] = inward
+        planes[:, k, 3] = -np.einsum("ij,ij->i", inward, 0.5 * (a + b))
     return planes.transpose(0, 2, 1).reshape(-1, 16)

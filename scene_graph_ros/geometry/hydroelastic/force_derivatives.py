@@ -3,68 +3,96 @@
 While M moves, points of the surface move along the normal n at a rate ``k . w``, with the velocity
 w of M's points, or the pressure there changes at that rate. By the divergence theorem on the strip
 that the surface sweeps (Flanders, "Differentiation under the integral sign", 1973, for moving
-surfaces), with no pressure at its rim,
+surfaces),
 
-    d/dt integral of p n dA = integral of (k . w) g dA
+    d/dt integral of p n dA = integral of (k . w) g dA + the rim's part
 
 where g is the gradient of N's pressure and k is n where M is rigid, and ``grad_M / ((grad_M -
 grad_N) . n)`` where it is not; where N is rigid, g is n and k is ``-grad_M``. Gradients are
-constant on each face, so the integrals are exact sums.
+constant on each face, so the integrals are exact sums. The rim's part is that of ``rims``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.spatial.sums import product
-
-__all__ = ["force_derivatives"]
+__all__ = ["force_derivatives", "normal_rates", "with_moment"]
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+Gradients = tuple[FloatArray | None, FloatArray | None]
+
+
+def normal_rates(normals: FloatArray, gradients: Gradients) -> FloatArray:
+    """Return ``k`` of the faces ``(f, 3)``: they move along their normals at a rate ``k . w``.
+
+    ``normals`` ``(f, 3)`` lead into M; ``gradients`` are those of M's and N's pressures
+    ``(f, 3)``, None of a rigid body.
+    """
+    grad_M, grad_N = gradients
+    if grad_N is None:
+        return np.zeros_like(normals)
+    if grad_M is None:
+        return normals
+    result: FloatArray = grad_M / np.einsum("fi,fi->f", grad_M - grad_N, normals)[:, None]
+    return result
 
 
 def force_derivatives(
-    polygons: Iterable[tuple[FloatArray, FloatArray]],
+    polygons: Sequence[tuple[FloatArray, FloatArray]],
     normals: FloatArray,
-    gradients: tuple[FloatArray | None, FloatArray | None],
+    gradients: Gradients,
+    rates: FloatArray,
     p_WP: FloatArray,
 ) -> FloatArray:
-    """Return the derivatives ``(6, 6)`` of [moment about P; force] on M by M's twist at P.
+    """Return the faces' part ``(6, 6)`` in the derivatives of [moment about P; force] on M.
 
-    ``polygons`` are corners ``(k, 3)`` and pressures ``(k,)`` of each face, whose normals
-    ``(f, 3)`` lead into M; ``gradients`` are those of M's and N's pressures ``(f, 3)``, None of a
-    rigid body.
+    They are by M's twist at P. ``polygons`` are corners ``(k, 3)`` and pressures ``(k,)`` of each
+    face, ``p_WP`` is ``(3,)``; the others are as in ``normal_rates``, with its answer ``rates``.
     """
-    result = np.zeros((6, 6))
     grad_M, grad_N = gradients
-    for i, (corners, pressures) in enumerate(polygons):
-        n = normals[i]
-        if grad_N is None:
-            assert grad_M is not None  # as one of both is compliant
-            g, k = n, -grad_M[i]
-        else:
-            g = grad_N[i]
-            k = n if grad_M is None else grad_M[i] / float(product(grad_M[i] - g, n))
-        pressed = _where_positive(corners - p_WP, pressures)
-        if len(pressed) < 3:
-            continue
-        area, first, second = _moments(pressed)
-        cross_g, cross_k = _cross(g), _cross(k)
-        # r x g is -cross(g) r, and k . (omega x r) is omega . (r x k).
-        result[:3, :3] += product(product(cross_g, second), cross_k.T)
-        result[:3, 3:] += np.outer(np.cross(first, g), k)
-        result[3:, :3] += np.outer(g, np.cross(first, k))
-        result[3:, 3:] += area * np.outer(g, k)
-    return result
+    if grad_N is None:
+        assert grad_M is not None  # as one of both is compliant
+        g, k = normals, -grad_M
+    else:
+        g, k = grad_N, rates
+    triangles, face = _pressed_triangles(polygons)
+    r = triangles - p_WP
+    areas = 0.5 * np.linalg.norm(np.cross(r[:, 1] - r[:, 0], r[:, 2] - r[:, 0]), axis=1)
+    out, by = with_moment(r, g[face][:, None]), with_moment(r, k[face][:, None])
+    # Of a triangle the integral of a product of linear functions is its area by 12 times (the sum
+    # of products at the corners and the product of the sums).
+    result = np.einsum("t,tci,tcj->ij", areas, out, by)
+    result += np.einsum("t,ti,tj->ij", areas, out.sum(axis=1), by.sum(axis=1))
+    return result / 12.0
+
+
+def with_moment(r: FloatArray, v: FloatArray) -> FloatArray:
+    """Return [r x v; v] ``(..., 6)``; as a row it takes a twist to ``v . (velocity at r)``."""
+    moments = np.cross(r, v)
+    return np.concatenate([moments, np.broadcast_to(v, moments.shape)], axis=-1)
+
+
+def _pressed_triangles(
+    polygons: Sequence[tuple[FloatArray, FloatArray]],
+) -> tuple[FloatArray, IntArray]:
+    """Return triangles ``(t, 3, 3)`` of the parts under pressure, and their faces ``(t,)``."""
+    parts = [
+        corners if pressures.min() >= 0.0 else _where_positive(corners, pressures)
+        for corners, pressures in polygons
+    ]
+    corners, lengths = np.concatenate(parts), np.array([len(part) for part in parts])
+    face, ends = np.repeat(np.arange(len(parts)), lengths), np.cumsum(lengths)
+    first, row = (ends - lengths)[face], np.arange(len(corners))
+    row = row[(row > first) & (row + 1 < ends[face])]
+    return np.stack([corners[first[row]], corners[row], corners[row + 1]], axis=1), face[row]
 
 
 def _where_positive(corners: FloatArray, pressures: FloatArray) -> FloatArray:
     """Return the corners of the part of a polygon where the pressure, linear, is positive."""
-    if (pressures >= 0.0).all():
-        return corners
     kept = []
     for a, b, p, q in zip(
         corners, np.roll(corners, -1, axis=0), pressures, np.roll(pressures, -1), strict=True
@@ -74,20 +102,3 @@ def _where_positive(corners: FloatArray, pressures: FloatArray) -> FloatArray:
         if (p < 0.0) != (q < 0.0):
             kept.append(a + p / (p - q) * (b - a))
     return np.array(kept).reshape(-1, 3)
-
-
-def _moments(corners: FloatArray) -> tuple[float, FloatArray, FloatArray]:
-    """Return a convex polygon's area, and the integrals of r ``(3,)`` and r r' ``(3, 3)``."""
-    a, b, c = corners[:1], corners[1:-1], corners[2:]
-    areas = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    total = a + b + c
-    first = product(areas, total) / 3.0
-    # Of a triangle the integral of r r' is its area by 12 times (sum of own squares and of all).
-    second = np.einsum("m,mi,mj->ij", areas, total, total) + areas.sum() * np.outer(a[0], a[0])
-    second += np.einsum("m,mi,mj->ij", areas, b, b) + np.einsum("m,mi,mj->ij", areas, c, c)
-    return float(areas.sum()), first, second / 12.0
-
-
-def _cross(v: FloatArray) -> FloatArray:
-    x, y, z = v.tolist()
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

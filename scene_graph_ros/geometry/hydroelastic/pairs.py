@@ -80,7 +80,7 @@ def volume_and_other(table, body_A, body_B, is_rigid, X_AB, slack, narrow, work)
                     if is_rigid:
                         cutting = meet_triangle(elements, planes, a, moved, slack, polygon)
                         if cutting >= 0:
-                            add_triangle(elements, planes, a, cutting, slack, narrow, work)
+                            add_triangle(elements, planes, a, b, cutting, slack, narrow, work)
                         continue
                     count, cutting = slice_by_level(elements, a, b, moved, slack, polygon)
                     if cutting >= 0:

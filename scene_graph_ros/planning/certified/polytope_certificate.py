@@ -141,7 +141,9 @@ def checked_pairs(
     """Return known pairs as sets of numbers, in any order. Raises CertificateError for others."""
     given: Any = pairs
     if isinstance(given, str) or not isinstance(given, Iterable):
-        raise CertificateError(f"pairs must be pairs of geometries, not {quoted(given)}")
+        raise CertificateError(
+            f"ignored_collision_pairs must be pairs of geometries, not {quoted(given)}"
+        )
     all_known = {frozenset({int(a), int(b)}) for a, b in known}
     result = set()
     for pair in given:

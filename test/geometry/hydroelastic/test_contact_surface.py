@@ -136,3 +136,29 @@ def test_material_is_carried_through():
     assert surface.material_N == {}
     with pytest.raises(TypeError):
         surface.material_M["static_friction"] = 0.0
+
+
+def test_equal_boxes_flush_on_each_other_jump_sideways():
+    """Beside the middle their fields are equal in a volume; the smallest step aside splits them.
+
+    Boxes of 1 m, 0.1 m deep: at u from a side the pressure is E u / 0.5, up to u = 0.05. Moved
+    along x, the surface rises at 45 degrees to one side and falls to the other, which push alike.
+    """
+    forces = []
+    for aside in (0.0, 1e-7, -1e-7):
+        scene = Scene()
+        scene.add(Box(1.0, 1.0, 1.0), compliant(), at(x=aside, z=0.9))
+        scene.add(Box(1.0, 1.0, 1.0), compliant(), at())
+        (surface,) = scene.query().compute_contact_surfaces("polygon")
+        forces.append(surface.force_and_moment(np.zeros(3))[0])
+    u = 0.05  # half of what they overlap: up to here a side is nearer than the top
+    # The integral of E u / 0.5 over strips 2 (0.5 - u) long, to u.
+    strip = 4.0 * E * (u**2 / 4.0 - u**3 / 3.0)
+    normal = 0.81 * E * u / 0.5 + 4.0 * strip
+    # Both sides along y fall. So where it rises a triangle stands upright at either corner, of the
+    # height 2 (0.05 - u): each is the integral of E u / 0.5 times that.
+    sideways = 2.0 * strip + 2.0 * 4.0 * E * u**3 / 6.0
+    assert forces[0] == pytest.approx([0.0, 0.0, normal], abs=0.2)
+    assert forces[1] == pytest.approx([sideways, 0.0, normal], abs=0.2)
+    assert forces[2] == pytest.approx([-sideways, 0.0, normal], abs=0.2)
+    assert 0.05 < sideways / normal < 0.06

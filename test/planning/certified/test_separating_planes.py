@@ -362,8 +362,14 @@ def test_what_is_no_pair_no_side_and_no_options_is_refused(search, cut):
         (lambda: search.find_pair_certificate("no", C, d), "geometries 'no' are no pair"),
         (lambda: search.find_pair_certificate(None, C, d), "geometries None are no pair"),
         (lambda: search.find_pair_certificate((*pair, 0.5), C, d), None),
-        (lambda: search.find_separation_certificate_given_polytope(C, d, 3), "pairs must be"),
-        (lambda: search.binary_search(C, d, [0.0, 0.0], 3), "pairs must be pairs of .*, not 3"),
+        (
+            lambda: search.find_separation_certificate_given_polytope(C, d, 3),
+            "ignored_collision_pairs must",
+        ),
+        (
+            lambda: search.binary_search(C, d, [0.0, 0.0], 3),
+            "^ignored_collision_pairs must be pairs of .*, not 3",
+        ),
         (lambda: search.binary_search(C, d, [0.0, 0.0], options=3), "be BinarySearchOptions"),
         (
             lambda: search.search_with_bilinear_alternation(C, d, options="no"),
