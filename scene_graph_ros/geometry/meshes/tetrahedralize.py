@@ -1,13 +1,16 @@
 """Fill a closed surface that is not convex with tetrahedra: fTetWild, by way of pytetwild.
 
 The library is optional. It runs in a process of its own, since it writes a file where it runs and
-ends the process where it fails. Its surface comes within ENVELOPE of the given one, and its result
-differs from run to run; within a process a mesh is filled once, so all bodies of it are the same.
-For one that never changes, save it with ``save_volume_mesh`` and give the file as the mesh.
+ends the process where it fails. Its surface comes within ENVELOPE of the given one. It draws
+random numbers that nobody can seed, so its result is kept on disk: a surface is filled once, and
+all processes have the same tetrahedra. For the same on all machines save them with
+``save_volume_mesh``, and give the file as the mesh.
 """
 
 from __future__ import annotations
 
+import hashlib
+import importlib.metadata
 import importlib.util
 from typing import Any
 
@@ -15,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.errors import MeshError
+from scene_graph_ros.geometry.kept_results import kept
 from scene_graph_ros.geometry.meshes.other_process import LibraryError, run_library
 from scene_graph_ros.geometry.meshes.surfaces import Surface
 from scene_graph_ros.geometry.meshes.volume_mesh import VolumeMesh
@@ -66,6 +70,17 @@ def tetrahedralize(surface: Surface, edge: float | None, name: str) -> VolumeMes
         )
     if importlib.util.find_spec("pytetwild") is None:
         raise MeshError(f"{name} is not convex: {_REMEDY}")
+    digest = hashlib.blake2b(digest_size=16)
+    digest.update(f"{edge} {ENVELOPE} {len(surface.vertices)} {_PROGRAM}".encode())
+    digest.update(importlib.metadata.version("pytetwild").encode())
+    digest.update(surface.vertices.tobytes())
+    digest.update(surface.triangles.tobytes())
+    found = kept("fills", digest.hexdigest(), lambda: _fill(surface, edge, name))
+    return VolumeMesh.trusted(found["vertices"], found["tetrahedra"])
+
+
+def _fill(surface: Surface, edge: float | None, name: str) -> dict[str, NDArray[Any]]:
+    """Return the arrays of a volume mesh, checked: what is kept is not asked again."""
     lower, upper = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
     diagonal = length(upper - lower)
     # The library's tolerances are made for meshes of about this size, around the origin.
@@ -78,9 +93,10 @@ def tetrahedralize(surface: Surface, edge: float | None, name: str) -> VolumeMes
     negative = VolumeMesh.trusted(vertices, tetrahedra).volumes() < 0.0
     tetrahedra[negative, :2] = tetrahedra[negative, 1::-1]
     try:
-        return VolumeMesh(vertices, tetrahedra)
+        VolumeMesh(vertices, tetrahedra)
     except MeshError as error:
         raise MeshError(f"{name} was filled with tetrahedra that overlap: {error}") from error
+    return {"vertices": vertices, "tetrahedra": tetrahedra}
 
 
 def _run(

@@ -18,6 +18,7 @@ from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.hydroelastic.elements import linear_fields
 from scene_graph_ros.geometry.hydroelastic.fields import compliant_solid, solid_of_volume_mesh
 from scene_graph_ros.geometry.meshes import tetrahedralize
+from scene_graph_ros.geometry.meshes.sources import surface_of
 from scene_graph_ros.geometry.meshes.tessellate import tessellate_surface, tessellate_volume
 from scene_graph_ros.geometry.meshes.volume_io import save_volume_mesh
 from scene_graph_ros.geometry.meshes.volume_mesh import VolumeMesh
@@ -269,6 +270,25 @@ def test_mesh_that_is_not_convex_is_filled_by_the_library():
     assert tessellate_volume(shape, 1.0) is tessellate_volume(shape, 1.0)
     assert solid.extent.max() == 1.0
     assert (solid.extent[solid.tetrahedra] > 0.0).any(axis=1).all()
+
+
+def test_the_library_fills_a_mesh_once_for_all_processes(monkeypatch):
+    """Its result differs from run to run; others, who remember nothing, have the same one."""
+    pytest.importorskip("pytetwild")
+    vertices, faces = _prism(L_OUTLINE, L_TRIANGLES)
+    surface = surface_of(Mesh(vertices=vertices, faces=faces))
+    first = tetrahedralize.tetrahedralize(surface, 1.0, "an L")
+    assert (first.volumes() > 0.0).all()
+
+    def run_again(*_):
+        raise AssertionError("the library was run again")
+
+    monkeypatch.setattr(tetrahedralize, "_run", run_again)
+    again = tetrahedralize.tetrahedralize(surface, 1.0, "an L")
+    assert again.vertices.tobytes() == first.vertices.tobytes()
+    assert again.tetrahedra.tobytes() == first.tetrahedra.tobytes()
+    with pytest.raises(AssertionError, match="run again"):
+        tetrahedralize.tetrahedralize(surface, 0.9, "an L")
 
 
 def test_library_that_takes_too_long_is_stopped(monkeypatch):

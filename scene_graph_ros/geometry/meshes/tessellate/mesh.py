@@ -52,7 +52,7 @@ def volume_mesh(shape: Mesh, resolution_hint: float | None = None) -> VolumeMesh
     """Return the inside of a mesh as tetrahedra.
 
     Those of a .vtk or .vtu file are taken as they are. A convex mesh becomes a star, which a hint
-    does not change. Any other is filled by a library, once per process.
+    does not change. Any other is filled by a library, once: the result is kept on disk.
 
     Raises:
         MeshError: the mesh is not closed, no library is installed, it failed, or the hint asks
