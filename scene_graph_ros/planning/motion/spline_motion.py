@@ -53,8 +53,8 @@ _KEPT = 3e-3
 _NEAR = 0.08
 """m: up to where distances are taken."""
 
-_TRUST = 0.15
-"""rad, or m: how far a control point is moved in a round, per coordinate, at most."""
+_TRUST = 0.4
+"""rad, or m: how far a control point is moved in the first round, per coordinate, at most."""
 
 _PART = 0.5
 """Of what was kept: what has to be kept once more after a step."""
