@@ -273,6 +273,40 @@ def test_time_that_is_over_ends_it(calls, name, monkeypatch):
 
 
 @pytest.mark.parametrize("name", NAMES)
+def test_a_function_that_watches_may_end_it_on_the_way(calls, name, monkeypatch):
+    """At its second call, in the middle and at its last one: it is not called once more.
+
+    By a clock that goes on when it is read it is called at each look.
+    """
+
+    class EnoughError(Exception):
+        pass
+
+    call, clock = calls[name], Clock()
+    monkeypatch.setattr(deadlines, "monotonic", clock)
+    seen = []
+    call(timeout=1e6, watch=lambda *_: seen.append(clock.reads))
+    count, ended = len(seen), 0
+    for most in sorted({2, max(count // 2, 1), count}):
+        seen.clear()
+
+        def enough(*_, most=most):
+            seen.append(clock.reads)
+            if len(seen) >= most:
+                raise EnoughError
+
+        try:
+            call(timeout=1e6, watch=enough)
+        except EnoughError:
+            ended += 1
+            assert len(seen) == most
+            assert clock.reads - seen[-1] <= 24
+        else:  # Threads that wait look more or less often.
+            assert len(seen) < most
+    assert ended > 0
+
+
+@pytest.mark.parametrize("name", NAMES)
 def test_times_that_mean_nothing(calls, name):
     """The message has the value."""
     for timeout in (-1.0, np.nan, np.inf, "1", [1.0]):

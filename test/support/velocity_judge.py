@@ -12,15 +12,20 @@ REACH = 0.06
 
 
 class Judge:
-    """Distances of all pairs with a robot in them, in a scene whose obstacles may be moved."""
+    """Distances of all pairs with a link in them that joints move; obstacles may be moved, too."""
 
     def __init__(self, model, moving="around"):
         """Take a RobotDiagram; what is on frames of the source ``moving`` may move."""
         self.model, inspector = model, model.context.snapshot.inspector
-        self.robot = {
+        names = list(model.frames)
+        one, other = model.tree.sample(np.random.default_rng(0), 2)
+        poses = (model.tree.link_poses(q, names) for q in (one, other))
+        moved = np.abs(np.subtract(*poses)).max(axis=(1, 2)) > 0.0
+        self.links = {
             int(each)
-            for frame in model.frames.values()
-            for each in inspector.get_geometries(frame)
+            for name, is_moved in zip(names, moved, strict=True)
+            for each in inspector.get_geometries(model.frames[name])
+            if is_moved
         }
         sources = {inspector.get_name(each): each for each in inspector.get_all_source_ids()}
         self.around = sources.get(moving)
@@ -30,13 +35,10 @@ class Judge:
         self.model.context.set_frame_poses(self.around, X_WFs)
 
     def distances(self, q):
-        """Return the distance (m) of each near pair of ids' values with a robot in it, at q."""
+        """Return the distance (m) of each near pair of ids' values with a moved link, at q."""
         table = move(self.model, q).compute_signed_distance_pairwise_closest_points(REACH)
-        return {
-            (int(row.id_A), int(row.id_B)): row.distance
-            for row in table
-            if int(row.id_A) in self.robot or int(row.id_B) in self.robot
-        }
+        rows = zip(table.id_A.tolist(), table.id_B.tolist(), table.distance.tolist(), strict=True)
+        return {(A, B): d for A, B, d in rows if A in self.links or B in self.links}
 
     def losses(self, before, q, keep):
         """Return by how much pairs are nearer than ``keep`` and than ``before``, at q."""

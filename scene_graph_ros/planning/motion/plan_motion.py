@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scene_graph_ros.planning.edges.edge_stretches import FREE
 from scene_graph_ros.planning.motion.spline_motion import (
     first_spline,
+    good_duration,
     Sampling,
     shorter_splines,
     Spline,
@@ -62,9 +63,10 @@ def spline_motion(problem: TimingProblem, turns: Turns) -> TimedPath | None:
     least, spline = least_time(problem), first_spline(room, problem.path[:, room.rows])
     if not SHORTEST < spline.seconds < _MOST_SECONDS:
         return None
+    good = good_duration(room, spline, least)
     sampling, known = Sampling.even(room, spline.spans), None
     for _ in range(_REPAIRS):
-        splines = shorter_splines(sampling, spline, least, turns)
+        splines = shorter_splines(sampling, spline, good, turns)
         if known is None:
             splines.insert(0, spline)
         tries: list[_Tried] = []

@@ -15,17 +15,16 @@ from typing import NamedTuple
 import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, kernel
+from scene_graph_ros.geometry.compiled.lanes import LANES, load_lanes, store_lanes
+from scene_graph_ros.planning.motion.band_kernels import solve_band
 
 __all__ = ["HalfSpaces", "fastest_spline"]
 
 _STEPS = 120
-"""Newton's, at most, of all barriers together."""
-
-_LESS = 0.12
-"""By how much the weight of each barrier is less than that of the one before."""
+"""Newton's, at most."""
 
 _NEAR = 0.5
-"""Squared Newton's decrement by which a barrier is solved well enough for the next one."""
+"""Squared Newton's decrement by which the barrier's minimum is near enough."""
 
 _BACK = 0.5
 """What a step that leaves the bounds, or is no better, is multiplied with."""
@@ -53,6 +52,21 @@ class HalfSpaces(NamedTuple):
     """``(m, k)``."""
     offsets: np.ndarray
     """``(m,)``."""
+
+
+class _Scratch(NamedTuple):
+    """Numbers of one place."""
+
+    q: np.ndarray
+    """``(k,)``."""
+    normal: np.ndarray
+    """``(w,)``, and 0 from k on: w is a multiple of the lanes' width."""
+    slope: np.ndarray
+    """``(w,)``."""
+    bend: np.ndarray
+    """``(k, w)``."""
+    whole: np.ndarray
+    """``(4 k + LANES,)``: a row of ``bend``, by the weights of four control points, and then 0."""
 
 
 @inlined_kernel
@@ -115,9 +129,10 @@ def _barrier_of_limits(limits, c, u, scale):
     for order in range(1, len(limits) + 1):
         for j in range(k):
             most, size = limits[order - 1, j] * u**order, limits[order - 1, j] * scale**order
+            inverse = 1.0 / (size * size)
             for i in range(_FIXED - order, count - _FIXED):
                 x = _difference(c, i, j, order)
-                left = (most - x) * (most + x) / (size * size)
+                left = (most - x) * (most + x) * inverse
                 if not left > 0.0:
                     return math.inf
                 product *= left
@@ -228,70 +243,59 @@ def _add_box(low, high, c, band, right):
 
 
 @inlined_kernel
-def _at_place(rows, n, m, c, q, slope, bend):
+def _add_outer(normal, share, square, slope, bend):
+    """Add a half-space's part to the derivatives by q of its place's barrier."""
+    wide = len(normal)
+    for i in range(0, wide, LANES):
+        store_lanes(slope, i, load_lanes(slope, i) - share * load_lanes(normal, i))
+    for j in range(len(bend)):
+        own = square * normal[j]
+        for i in range(0, wide, LANES):
+            at = j * wide + i
+            store_lanes(bend, at, load_lanes(bend, at) + own * load_lanes(normal, i))
+
+
+@inlined_kernel
+def _at_place(rows, n, m, c, scratch):
     """Write derivatives by q of the barrier of a place's half-spaces, of which m is the first."""
-    k = len(q)
+    k = c.shape[1]
+    scratch.slope[:] = 0.0
+    scratch.bend[:, :] = 0.0
     for j in range(k):
-        q[j] = _position(rows, n, c, j)
-        slope[j] = 0.0
-        for i in range(k):
-            bend[j, i] = 0.0
+        scratch.q[j] = _position(rows, n, c, j)
     for row in range(m, rows.ends[n]):
         left = rows.offsets[row]
         for j in range(k):
-            left += rows.normals[row, j] * q[j]
-        for j in range(k):
-            value = rows.normals[row, j] / left
-            slope[j] -= value
-            value /= left
-            for i in range(k):
-                bend[j, i] += value * rows.normals[row, i]
+            scratch.normal[j] = rows.normals[row, j]
+            left += rows.normals[row, j] * scratch.q[j]
+        share = 1.0 / left
+        _add_outer(scratch.normal, share, share * share, scratch.slope, scratch.bend)
 
 
 @inlined_kernel
-def _add_half_spaces(rows, c, band, right, q, slope, bend, other):
+def _add_half_spaces(rows, c, band, right, scratch):
     """Add derivatives of the half-spaces' barrier."""
-    k, free, m = len(q), len(c) - 2 * _FIXED, 0
+    k, free, m, stride = c.shape[1], len(c) - 2 * _FIXED, 0, band.shape[1]
     for n in range(len(rows.spans)):
         if m == rows.ends[n]:
             continue
-        _at_place(rows, n, m, c, q, slope, bend)
+        _at_place(rows, n, m, c, scratch)
         m = rows.ends[n]
         first = rows.spans[n] - _FIXED
         begin, end = max(0, -first), min(4, free - first)
-        for at in range(begin, end):
-            for j in range(k):
+        for j in range(k):
+            for to in range(begin, 4):
+                weight = rows.weights[n, to] if to < end else 0.0
+                for i in range(k):
+                    scratch.whole[to * k + i] = weight * scratch.bend[j, i]
+            for at in range(begin, end):
                 row, weight = (first + at) * k + j, rows.weights[n, at]
-                right[0, row] += weight * slope[j]
-                for to in range(at, end):
-                    share = weight * rows.weights[n, to]
-                    for i in range(k):
-                        other[(to - at) * k + i] = share * bend[j, i]
-                for i in range((end - at) * k - j):
-                    band[row, i] += other[i + j]
-
-
-@inlined_kernel
-def _solve(band, right):
-    """Solve the system for both right sides in place, by L D L^T."""
-    n, width = band.shape
-    for p in range(n):
-        reach = min(width, n - p)
-        over = 1.0 / band[p, 0]
-        for r in range(1, reach):
-            share = band[p, r] * over
-            if share != 0.0:
-                for s in range(r, reach):
-                    band[p + r, s - r] -= share * band[p, s]
-                right[0, p + r] -= share * right[0, p]
-                right[1, p + r] -= share * right[1, p]
-    for p in range(n - 1, -1, -1):
-        over = 1.0 / band[p, 0]
-        for side in range(2):
-            value = right[side, p]
-            for s in range(1, min(width, n - p)):
-                value -= band[p, s] * right[side, p + s]
-            right[side, p] = value * over
+                right[0, row] += weight * scratch.slope[j]
+                # What is beyond the control points is 0.
+                for i in range(0, (end - at) * k - j, LANES):
+                    more = weight * load_lanes(scratch.whole, at * k + j + i)
+                    to = row * stride + i
+                    store_lanes(band, to, load_lanes(band, to) + more)
 
 
 @inlined_kernel
@@ -310,38 +314,40 @@ def _direction(gradient, right, slope, bend):
 
 
 @kernel
-def fastest_spline(limits, ends, low, high, rows, c, u, first_gap, last_gap):
+def fastest_spline(limits, ends, low, high, rows, c, u, gap):
     """Change control points ``(m, k)`` and ``u`` ``(1,)`` to about those of the least u.
 
     ``limits`` ``(2 or 3, k)`` are of velocity, acceleration and, if there are three, jerk;
     ``ends`` ``(2, 3, k)`` positions, velocities and accelerations at both ends; free control
-    points are between ``low`` and ``high`` ``(m - 6, k)``. It must begin within all bounds. A gap
-    is about how much less u may be, relative to it, as far as the bounds are linear. Return how
-    many steps were gone, or -1 where it does not begin within the bounds.
+    points are between ``low`` and ``high`` ``(m - 6, k)``. It must begin within all bounds. The
+    gap is about how much less u may be, relative to it, as far as the bounds are linear. Return
+    how many steps were gone, or -1 where it does not begin within the bounds.
     """
     count, k = c.shape
     free = count - 2 * _FIXED
     changes, trial = np.empty((2 * _FIXED, k)), np.empty((count, k))
-    band, right = np.empty((free * k, 4 * k)), np.empty((2, free * k))
-    gradient, q = np.empty((2, free * k)), np.empty(k)
-    scratch = (q, np.empty(k), np.empty((k, k)), np.empty(4 * k))
+    band, right = np.empty((free * k, 4 * k + LANES)), np.empty((2, free * k))
+    gradient, shares, inverses = np.empty((2, free * k)), np.empty(4 * k), np.empty(free * k)
+    wide = (k + LANES - 1) // LANES * LANES
+    normal, slopes, bends = np.zeros(wide), np.empty(wide), np.empty((k, wide))
+    scratch = _Scratch(np.empty(k), normal, slopes, bends, np.zeros(4 * k + LANES))
     bounds = 2.0 * k * free + len(rows.offsets)
     for order in range(1, len(limits) + 1):
         bounds += 2.0 * k * (free + order)
-    gap, scale, steps = first_gap, u[0], 0
+    scale, steps = u[0], 0
+    weight = bounds / (gap * scale)
     _place_ends(ends, u[0], c, changes)
+    before = _merit(limits, low, high, rows, c, u[0], scale, weight, scratch.q)
+    if before == math.inf:
+        return -1
     while steps < _STEPS:
-        weight = bounds / (gap * scale)
-        before = _merit(limits, low, high, rows, c, u[0], scale, weight, q)
-        if before == math.inf:
-            return -1
         band[:, :] = 0.0
         right[:, :] = 0.0
         slope, bend = _add_limits(limits, c, changes, u[0], band, right)
         _add_box(low, high, c, band, right)
-        _add_half_spaces(rows, c, band, right, *scratch)
+        _add_half_spaces(rows, c, band, right, scratch)
         gradient[:, :] = right
-        _solve(band, right)
+        solve_band(band, 4 * k, right, shares, inverses)
         faster, decrement = _direction(gradient, right, slope + weight, bend)
         steps, size = steps + 1, 1.0
         while size > _SHORTEST:
@@ -351,15 +357,13 @@ def fastest_spline(limits, ends, low, high, rows, c, u, first_gap, last_gap):
                     for j in range(k):
                         trial[i + _FIXED, j] = c[i + _FIXED, j] + size * right[0, i * k + j]
                 _place_ends(ends, now, trial, changes)
-                merit = _merit(limits, low, high, rows, trial, now, scale, weight, q)
+                merit = _merit(limits, low, high, rows, trial, now, scale, weight, scratch.q)
                 if merit <= before - _ENOUGH * size * decrement:
-                    u[0] = now
+                    u[0], before = now, merit
                     c[:, :] = trial
                     break
             size *= _BACK
         _place_ends(ends, u[0], c, changes)
         if decrement < _NEAR or size <= _SHORTEST:
-            if gap <= last_gap:
-                break
-            gap = max(_LESS * gap, last_gap)
+            break
     return steps

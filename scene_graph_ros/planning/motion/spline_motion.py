@@ -24,6 +24,7 @@ __all__ = [
     "Spline",
     "SplineRoom",
     "first_spline",
+    "good_duration",
     "load_spline_kernels",
     "shorter_splines",
 ]
@@ -52,8 +53,8 @@ _KEPT = 3e-3
 _NEAR = 0.08
 """m: up to where distances are taken."""
 
-_TRUST = 0.15
-"""rad, or m: how far a control point is moved in a round, per coordinate, at most."""
+_TRUST = 0.4
+"""rad, or m: how far a control point is moved in the first round, per coordinate, at most."""
 
 _PART = 0.5
 """Of what was kept: what has to be kept once more after a step."""
@@ -70,11 +71,14 @@ _SPARE = 1e-7
 _STEPS = (1.0, 0.5, 0.2)
 """Parts of a round's step that are tried."""
 
+_LARGER = 2.0
+"""Times the box around it: where the whole step was good."""
+
 _SMALLER = 0.3
 """Times the box around it: where no part was any good."""
 
-_GAPS = ((0.3, 0.1), (0.1, 0.02))
-"""How far from the best a round begins and ends; the last ones as the second."""
+_GAPS = (0.05, 0.02)
+"""How far from the best a round ends; the last ones as the second."""
 
 _ROUNDS = 5
 """At most."""
@@ -271,13 +275,34 @@ class Sampling(NamedTuple):
         return HalfSpaces(self.spans, self.weights, ends, normals, offsets)
 
 
-def shorter_splines(
-    sampling: Sampling, spline: Spline, least_time: float, turns: Turns
-) -> list[Spline]:
+def good_duration(room: SplineRoom, spline: Spline, least_time: float) -> float:
+    """Return the duration (s) from which on no round saves much.
+
+    It is near ``least_time``, or near that of the fastest spline with as many intervals that the
+    position with the longest way has by itself.
+    """
+    points = spline.control_points
+    ways = np.abs(points[-1] - points[0])
+    slowest = int(np.argmax(ways / room.limits[0]))
+    own = np.ascontiguousarray(points[:, slowest : slowest + 1])
+    ends = np.zeros((2, 3, 1))
+    ends[:, 0] = own[[0, -1]]
+    reach = float(np.abs(own - own[0]).max())
+    box = np.broadcast_to(own[0], (len(own) - 2 * _FIXED, 1))
+    none = np.empty(0, np.int64)
+    spaces = HalfSpaces(none, np.empty((0, 4)), none, np.empty((0, 1)), np.empty(0))
+    seconds = np.array([_ROOM * spline.seconds])
+    limits = np.ascontiguousarray(room.limits[:, slowest : slowest + 1])
+    low, high = box - 2.0 * reach, box + 2.0 * reach
+    fastest_spline(limits, ends, low, high, spaces, own, seconds, _SAVED)
+    return max(GOOD_ENOUGH * least_time, spline.spans * float(seconds[0]))
+
+
+def shorter_splines(sampling: Sampling, spline: Spline, good: float, turns: Turns) -> list[Spline]:
     """Return splines that take ever less time, and keep their distances at the places.
 
-    They end where a round saves little, where the last is nearly as fast as ``least_time`` (s),
-    and where it is time to stop.
+    They end where a round saves little, where the last is as fast as is ``good`` (s), and where it
+    is time to stop.
     """
     found, trust = [spline], _TRUST
     places = sampling.places(spline.control_points)
@@ -295,10 +320,8 @@ def shorter_splines(
         part, tried, places = step
         saved = 1.0 - tried.seconds / found[-1].seconds
         found.append(tried)
-        if part < 1.0:
-            trust *= max(part, _SMALLER)
-        is_fast = turn >= len(_GAPS) - 2 and tried.duration <= GOOD_ENOUGH * least_time
-        if is_fast or (turn >= len(_GAPS) - 1 and saved < _SAVED):
+        trust *= _LARGER if part == 1.0 else max(part, _SMALLER)
+        if tried.duration <= good or (turn >= len(_GAPS) - 1 and saved < _SAVED):
             break
     return found[1:]
 
@@ -314,8 +337,8 @@ def _fastest(
     low = np.minimum(np.maximum(room.lower, free - trust), free - _SPARE)
     high = np.maximum(np.minimum(room.upper, free + trust), free + _SPARE)
     points, seconds = now.copy(), np.array([_ROOM * spline.seconds])
-    gaps, spaces = _GAPS[min(turn, len(_GAPS) - 1)], sampling.half_spaces(places, trust)
-    steps = fastest_spline(room.limits, ends, low, high, spaces, points, seconds, *gaps)
+    gap, spaces = _GAPS[min(turn, len(_GAPS) - 1)], sampling.half_spaces(places, trust)
+    steps = fastest_spline(room.limits, ends, low, high, spaces, points, seconds, gap)
     return None if steps < 0 else points
 
 

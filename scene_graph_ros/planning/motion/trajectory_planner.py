@@ -105,7 +105,7 @@ def plan_trajectory(
             start_overlap=start_overlap,
             watch=asked.clock.tell,
         )
-        found = asked.motion(replace(plan, goal=0) if is_set and plan.is_success else plan)
+        found = asked.motion(replace(plan, goal=0) if is_set and plan.is_success else plan, own)
         if best is None or (found.is_success and not found.duration >= best.duration > 0.0):
             best = found
         least = least_time(own._replace(path=plan.configurations)) if plan.is_success else 0.0
@@ -174,12 +174,12 @@ class _Asked(NamedTuple):
         problem = with_options(problem, options)
         return problem._replace(start_tolerance=self.start_tolerance)
 
-    def motion(self, plan: Plan) -> TimedPath:
-        """Return the motion of a plan, or why there is none."""
+    def motion(self, plan: Plan, own: TimingProblem) -> TimedPath:
+        """Return the motion of a plan, or why there is none; ``own`` is the start's problem."""
         if not plan.is_success:
             return no_path(plan)
         path = plan.configurations
-        problem = self.problem(path)
+        problem = own.along(path)
         found: TimedPath | None = None
         if len(path) == 2:
             # Along a straight edge the motion is known: often nothing is faster.

@@ -27,6 +27,7 @@ from scene_graph_ros.planning.parallel.deadline import checked_timeout
 from scene_graph_ros.planning.parallel.stoppable import Turns
 from scene_graph_ros.planning.paths.planned_path import Plan
 from scene_graph_ros.planning.plan_failure import PlanFailure
+from scene_graph_ros.robots.kinematic_tree import KinematicTree
 from scene_graph_ros.trajectories.errors import TrajectoryError
 from scene_graph_ros.trajectories.limit_rounding import LIMIT_ROUNDING, RATE_ROUNDING
 from scene_graph_ros.trajectories.motion_ends import EndRates
@@ -145,6 +146,15 @@ class TimingProblem(NamedTuple):
     held: HeldConstraints
     """What it has to hold at all times."""
 
+    def along(self, path: NDArray[np.float64]) -> TimingProblem:
+        """Return the same with a checked path ``(n, nq)``, none of whose rows has to be reached.
+
+        Raises TrajectoryError for one that moves a position without limits.
+        """
+        _require_limits(self.checker.plan.tree, path, self.rows)
+        none = np.zeros(len(path), dtype=np.bool_)
+        return self._replace(path=path, through=none, at_rest=none)
+
     def whole(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return configurations ``(..., nq)`` of the positions that move ``(..., k)``."""
         result = np.empty((*points.shape[:-1], self.path.shape[1]))
@@ -211,13 +221,7 @@ def timing_problem(
             )
         limits = replace(limits, names=tree.position_names)
     rows = np.array([tree.position_index(name) for name in limits.names], dtype=np.intp)
-    for _, name in turning_quaternions(tree, q[np.newaxis]):
-        raise TrajectoryError(f"the path turns the floating joint {name!r}: it can't be timed")
-    others = np.setdiff1d(np.arange(tree.num_positions), rows)
-    for column in others[np.ptp(q[:, others], axis=0) > 0.0]:
-        raise TrajectoryError(
-            f"the path moves position {tree.position_names[column]!r}, which has no limits"
-        )
+    _require_limits(tree, q, rows)
     seconds = as_float(rise_time)
     if seconds is None or not 0.0 <= seconds < math.inf:
         raise TrajectoryError(f"rise_time must be seconds from 0 on, not {quoted(rise_time)}")
@@ -237,6 +241,18 @@ def timing_problem(
         rest,
         HeldConstraints(tree, constraints),
     )
+
+
+def _require_limits(tree: KinematicTree, q: NDArray[np.float64], rows: NDArray[np.intp]) -> None:
+    """Raise TrajectoryError where a path ``(n, nq)`` moves positions without limits."""
+    for _, name in turning_quaternions(tree, q[np.newaxis]):
+        raise TrajectoryError(f"the path turns the floating joint {name!r}: it can't be timed")
+    moves = np.ptp(q, axis=0) > 0.0
+    moves[rows] = False
+    for column in np.flatnonzero(moves):
+        raise TrajectoryError(
+            f"the path moves position {tree.position_names[column]!r}, which has no limits"
+        )
 
 
 def rate_or_position_excess(

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
+from scene_graph_ros.planning.motion.band_kernels import solve_band
 from scene_graph_ros.planning.motion.spline_kernels import fastest_spline, HalfSpaces
 
 SPANS, POSITIONS = 16, 2
@@ -112,9 +113,7 @@ def test_none_is_faster_than_a_linear_program_says(orders, rows, ends):
     assert room > 0.0
     u = np.array([1.15 * best])
     low, high = np.full((2, SPANS - 3, POSITIONS), [[[-box]], [[box]]])
-    steps = fastest_spline(
-        limits, np.array(ends), low, high, half_spaces(rows), points, u, 1.0, 1e-3
-    )
+    steps = fastest_spline(limits, np.array(ends), low, high, half_spaces(rows), points, u, 1e-3)
     assert 0 < steps < 100
     assert best * (1.0 - 1e-6) <= u[0] <= 1.005 * best
     np.testing.assert_allclose(points[[0, 1, 2, -3, -2, -1]], ends_at(u[0], ends), atol=1e-12)
@@ -123,6 +122,46 @@ def test_none_is_faster_than_a_linear_program_says(orders, rows, ends):
         assert (np.abs(inner) < own * u[0] ** order).all()
     for span, normal, offset in rows:
         assert weights(0.5) @ points[span : span + 4] @ np.array(normal) + offset > 0.0
+
+
+@pytest.mark.parametrize("others", [6, 7, 8])
+def test_positions_that_stay_cost_the_others_no_time(others):
+    """With rows of one, two and more than a register: the same least u, among more bounds."""
+    least = []
+    for first in (0, others):
+        ends, k = np.zeros((2, 3, first + POSITIONS)), first + POSITIONS
+        ends[:, :, first:] = np.array(AT_REST)
+        limits = np.ones((3, k))
+        limits[:, first:] = LIMITS
+        normals = np.zeros((len(ASIDE), k))
+        rows = half_spaces(ASIDE)
+        normals[:, first:] = rows.normals
+        points = np.zeros((SPANS + 3, k))
+        best = least_u(AT_REST, LIMITS, ASIDE, 3.0, 1.0)
+        points[:, first:] = most_room(1.15 * best, AT_REST, LIMITS, ASIDE, 3.0)[1]
+        low, high = np.full((2, SPANS - 3, k), [[[-3.0]], [[3.0]]])
+        u = np.array([1.15 * best])
+        rows = rows._replace(normals=normals)
+        assert 0 < fastest_spline(limits, ends, low, high, rows, points, u, 1e-3) < 100
+        assert np.abs(points[:, :first]).max(initial=0.0) < 1e-3
+        least.append(u[0])
+    assert abs(least[1] / least[0] - 1.0) < 2e-3
+
+
+@pytest.mark.parametrize(("n", "width"), [(1, 4), (5, 12), (40, 12), (63, 28), (50, 36)])
+def test_a_banded_system_is_solved(n, width):
+    """Both right sides, as numpy solves the whole matrix."""
+    rng = np.random.default_rng(n)
+    root = np.tril(rng.normal(size=(n, n)))
+    root[np.subtract.outer(np.arange(n), np.arange(n)) >= width] = 0.0
+    matrix = root @ root.T + np.eye(n)
+    band, right = np.zeros((n, width + 8)), rng.normal(size=(2, n))
+    for p in range(n):
+        own = matrix[p, p : p + width]
+        band[p, : len(own)] = own
+    expected = np.linalg.solve(matrix, right.T).T
+    solve_band(band, width, right, np.empty(width), np.empty(n))
+    np.testing.assert_allclose(right, expected, rtol=0.0, atol=1e-9 * np.abs(expected).max())
 
 
 def test_what_begins_outside_of_its_bounds_is_left_as_it_is():
@@ -139,6 +178,6 @@ def test_what_begins_outside_of_its_bounds_is_left_as_it_is():
     ]
     for seconds, *box, rows in cases:
         u, tried = np.array([seconds]), points.copy()
-        assert fastest_spline(LIMITS, ends, *box, rows, tried, u, 1.0, 1e-2) == -1
+        assert fastest_spline(LIMITS, ends, *box, rows, tried, u, 1e-2) == -1
         assert u[0] == seconds
         np.testing.assert_array_equal(tried, points)

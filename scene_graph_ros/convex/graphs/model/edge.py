@@ -32,6 +32,13 @@ _NO_FLOW = 1e-9
 """A flow that is the solver's rounding: it costs nothing."""
 
 
+_MOST_KEPT = 16
+"""Terms that an edge keeps, of costs and constraints that it had."""
+
+_Moment = tuple[int, bool, int, int, int, int, tuple[tuple[int, frozenset[Transcription]], ...]]
+"""Transcription, whether it is a first edge, changes of its vertices, and its own expressions."""
+
+
 class Vertex(Costly):
     """A convex set of a graph."""
 
@@ -152,7 +159,7 @@ class Edge(Costly):
         super().__init__(number, name)
         self._u, self._v = u, v
         self._phi = {} if phi is None else phi
-        self._terms: dict[tuple[int, ...], EdgeTerms] = {}
+        self._terms: dict[_Moment, tuple[tuple[Any, ...], EdgeTerms]] = {}
 
     @property
     def u(self) -> Vertex:
@@ -181,21 +188,29 @@ class Edge(Costly):
         return self._u._next_number()
 
     def kept_terms(self, used: Transcription, is_first: bool) -> EdgeTerms | None:
-        """Return the terms of `keep_terms`; None where costs or constraints were added since."""
-        return self._terms.get(self._moment(used, is_first))
+        """Return the terms of `keep_terms` for its costs and constraints now; None without any."""
+        found = self._terms.get(self._moment(used, is_first))
+        return None if found is None else found[1]
 
     def keep_terms(self, used: Transcription, is_first: bool, terms: EdgeTerms) -> None:
         """Keep the edge's terms in a transcription, with those of the vertex it leads to.
 
-        And with the one it leads from, where it is the first of paths.
+        And with the one it leads from, where it is the first of paths. They are known once more
+        when a constraint that was taken back is added again.
         """
         moment = self._moment(used, is_first)
-        self._terms = {k: each for k, each in self._terms.items() if k[2:] == moment[2:]}
-        self._terms[moment] = terms
+        vertices = moment[2:4]
+        kept = {k: each for k, each in self._terms.items() if k[2:4] == vertices}
+        for oldest in list(kept)[: max(len(kept) + 1 - _MOST_KEPT, 0)]:
+            del kept[oldest]
+        # The expressions live on beside their numbers, so that no others get these.
+        own = tuple(term for term, _ in (*self._costs, *self._constraints))
+        self._terms = {**kept, moment: (own, terms)}
 
-    def _moment(self, used: Transcription, is_first: bool) -> tuple[int, ...]:
-        changes = self._changes, self._v.num_changes, self._u.num_changes
-        return (int(used), int(is_first), *changes)
+    def _moment(self, used: Transcription, is_first: bool) -> _Moment:
+        own = tuple((id(term), of) for term, of in (*self._costs, *self._constraints))
+        vertices = self._v.num_changes, self._u.num_changes
+        return (int(used), is_first, *vertices, len(self._slack), len(self._costs), own)
 
     def add_phi_constraint(self, phi_value: bool) -> None:
         """Ask that the edge is on the path, or that it is not."""

@@ -25,6 +25,8 @@ __all__ = ["EdgeSource", "table_of"]
 _NEGATIVE = 1e-12
 """Relative to the terms of a cost: how far below 0 rounding may take its least value."""
 
+_NONE = np.zeros(0)
+
 
 class EdgeSource(NamedTuple):
     """The parts of an edge: its costs, its constraints, its two sets with their numbers."""
@@ -93,26 +95,27 @@ def _terms(sources: Sequence[EdgeSource], some: Sequence[_Ordered]) -> list[Edge
     ]
     centers = [np.array([placed.center for placed in sets])[:, :, None] for _, sets in ends]
 
-    def rows(of: Sequence[Affine]) -> list[np.ndarray]:
-        """Return Mu, Mv, m and its size, of as many rows as each of some expressions has."""
-        constant = np.array([each.constant for each in of])
+    def rows(which: str) -> list[np.ndarray]:
+        """Return Mu, Mv, m and its size, of all rows of some expressions of each edge."""
+        columns = [getattr(each, which) for each in some]
+        constant = np.array([np.concatenate([_NONE, *(e.constant for e in of)]) for of in columns])
         found, size = [], np.abs(constant)
         for (numbers, _), center in zip(ends, centers, strict=True):
-            none = np.zeros((constant.shape[1], center.shape[1]))
-            M = np.array([e.terms.get(k, none) for e, k in zip(of, numbers, strict=True)])
+            M = np.zeros((*constant.shape, center.shape[1]))
+            for at, of, number in zip(M, columns, numbers, strict=True):
+                begin = 0
+                for each in of:
+                    end = begin + len(each.constant)
+                    if number in each.terms:
+                        at[begin:end] = each.terms[number]
+                    begin = end
             constant = constant + (M @ center)[:, :, 0]
             size = size + (np.abs(M) @ np.abs(center))[:, :, 0]
             found.append(M)
         return [*found, constant, size]
 
-    def column(which: str) -> list[list[np.ndarray]]:
-        parts = [getattr(each, which) for each in some]
-        return [rows(of) for of in zip(*parts, strict=True)]
-
-    shapes = ((len(some), 1, center.shape[1]) for center in centers)
-    none = [np.zeros(shape) for shape in (*shapes, (len(some), 1), (len(some), 1))]
-    rest = [np.sum(each, axis=0) for each in zip(none, *column("rests"), strict=True)]
-    blocks = [*column("atoms"), rest, *column("constraints")]
+    rest = [np.sum(each, axis=1, keepdims=True) for each in rows("rests")]
+    blocks = [rows("atoms"), rest, rows("constraints")]
     Mu, Mv, m, size = (np.concatenate(each, axis=1) for each in zip(*blocks, strict=True))
     sets, halves = [], []
     for _, placed in ends:
