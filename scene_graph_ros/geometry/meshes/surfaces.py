@@ -312,7 +312,8 @@ def _edge_pseudonormals(
     lengths = _side_lengths(vertices, triangles[flat])
     order = np.argsort(lengths, axis=1, kind="stable")
     sides = 3 * flat[:, None] + order
-    beyond = np.stack([_beyond_needles(flat, sides, sides[:, k], mates_of(edges)) for k in (0, 1)])
+    mate = mates_of(edges)
+    beyond = np.stack([_beyond_needles(flat, sides, sides[:, k], mate) for k in (0, 1)])
     weights = np.where(beyond >= 0, np.take_along_axis(lengths, order, axis=1)[:, :2].T, 0.0)
     total = weights.sum(axis=0)
     known = total > 0.0

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.meshes.bvh import build_bvh
 from scene_graph_ros.geometry.meshes.distinct_rows import used_indices
 from scene_graph_ros.geometry.meshes.solids.crossings import first_crossing
 from scene_graph_ros.geometry.meshes.solids.folds import unfolded
@@ -16,6 +17,7 @@ from scene_graph_ros.geometry.meshes.solids.probes import probes, wound_otherwis
 from scene_graph_ros.geometry.meshes.solids.resolve import resolved
 from scene_graph_ros.geometry.meshes.solids.slivers import Corners, SHORT, without_short_edges
 from scene_graph_ros.geometry.meshes.solids.winding import Tree, winding_numbers
+from scene_graph_ros.geometry.meshes.triangle_boxes import triangle_boxes
 
 __all__ = [
     "Cut",
@@ -80,8 +82,10 @@ def self_crossing(vertices: FloatArray, triangles: IntArray) -> FloatArray | Non
 
     Or one around which they wind neither once nor not at all, as far as tried.
     """
-    at = first_crossing(vertices, triangles)
-    return wound_otherwise(vertices, triangles) if at is None else at
+    boxes = triangle_boxes(vertices, triangles)
+    tree = build_bvh(*boxes)
+    at = first_crossing(vertices, triangles, boxes, tree)
+    return wound_otherwise(vertices, triangles, tree) if at is None else at
 
 
 def cut_where_they_cross(

@@ -162,7 +162,8 @@ def _united_group(
     """Return the boundary of the solid of parts whose boxes overlap, with the middle as origin."""
     points, members = _about(middle, vertices, members)
     if len(members) == 1:
-        return _cut_if_it_crosses(Piece(points, members[0].triangles, []))
+        triangles = members[0].triangles
+        return _cut_at(Piece(points, triangles, []), self_crossing(points, triangles))
     members = [
         part._replace(
             is_nested=not part.has_edges_of_two and is_nested_in_itself(points, part.triangles)
@@ -183,9 +184,9 @@ def _united_group(
     return piece._replace(repairs=cut.repairs + piece.repairs, doubt=cut.doubt)
 
 
-def _cut_if_it_crosses(piece: Piece) -> Piece:
+def _cut_at(piece: Piece, crossing: FloatArray | None) -> Piece:
+    """Return a piece cut where it crosses itself, if a point (3,) is known where it does."""
     points, triangles, repairs, *_ = piece
-    crossing = self_crossing(points, triangles)
     if crossing is None:
         return piece
     of = np.zeros(len(points), dtype=np.int64)
@@ -265,6 +266,6 @@ def _by_library(found: PressedParts, members: list[Part]) -> Piece | None:
     piece = collapsed(*boundary_of(bodies, found.cavity_of, wide, size), corners)
     try:
         hold_to_winding((points, found.oriented), piece[:2], found.pressed.tree)
-        return _cut_if_it_crosses(piece)
+        return _cut_at(piece, first_crossing(*piece[:2]))
     except NotUnitedError:
         return None
