@@ -15,6 +15,12 @@ from scene_graph_ros.scene_files.packages import find_package
 SAMPLE = 20
 """Files in a run of all tests, drawn from those of a moderate size; `make search` has them all."""
 
+LARGEST = 8
+"""Files of 4 MB to 29 MB."""
+
+MANY_PAIRS = 12_000_000
+"""Solid angles that are computed of one of these: of 350 000 triangles at 68 points."""
+
 MODERATE = 150_000
 """Bytes: such a file takes a tenth of a second."""
 
@@ -48,6 +54,27 @@ def test_meshes_of_robots_have_the_sides_of_their_winding_numbers():
         compared, inside = compared + found.compared, inside + found.inside
     assert compared >= 20 * SAMPLE
     assert inside >= SAMPLE
+
+
+@pytest.mark.search
+@pytest.mark.skipif(times(1) == 1, reason="takes minutes: a part of `make search`")
+@pytest.mark.parametrize("number", range(LARGEST))
+def test_largest_meshes_have_the_sides_of_their_winding_numbers(number):
+    """At more points than others have: only few of these are near any detail."""
+    path = sorted(robot_meshes(), key=lambda file: -file.stat().st_size)[number]
+    mesh = Mesh(path)
+    vertices, triangles = load_surface(mesh)
+    surface = surface_of(mesh)
+    found = compared_sides(
+        np.random.default_rng(4),
+        surface,
+        vertices,
+        triangles,
+        lambda q: signed_distances(mesh, q),
+        pairs=MANY_PAIRS,
+    )
+    assert not len(found.wrong), (path, found.wrong[0], str(surface.report))
+    assert found.compared >= 20
 
 
 def test_real_collision_meshes_are_read():

@@ -47,9 +47,9 @@ def robot_meshes():
     return files
 
 
-def sample_points(rng, vertices, triangles):
+def sample_points(rng, vertices, triangles, pairs):
     """Return points in the box of a mesh, and beside its triangles, on both sides."""
-    count = int(np.clip(PAIRS // len(triangles), 10, 120))
+    count = int(np.clip(pairs // len(triangles), 10, 120))
     corners = vertices[triangles]
     lower, upper = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
     size = (upper - lower).max()
@@ -181,9 +181,9 @@ class Comparison(NamedTuple):
     """How many of these are inside."""
 
 
-def compared_sides(rng, surface, vertices, triangles, signed_distance):
-    """Compare sides at points in and around a mesh, as many as PAIRS allows."""
-    points = sample_points(rng, vertices, triangles)
+def compared_sides(rng, surface, vertices, triangles, signed_distance, pairs=PAIRS):
+    """Compare sides at points in and around a mesh, as many as ``pairs`` allow."""
+    points = sample_points(rng, vertices, triangles, pairs)
     wanted, is_known = truth(vertices, triangles, points, surface.report)
     phi = signed_distance(points)
     size = float(np.ptp(vertices[triangles].reshape(-1, 3), axis=0).max())

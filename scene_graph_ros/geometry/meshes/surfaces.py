@@ -38,12 +38,15 @@ NEARLY_FLAT = 1e-12
 mesh. It is the promised accuracy of a distance."""
 
 
-_SLIVER = 3e-12
+_SLIVER = 1e-11
 """Relative to a mesh's size: needles of this height are where parts meet; where bodies are united
 to rounding their normals point anywhere."""
 
 _NEEDLE = 1e-3
 """Relative to the longest side: the height of a triangle that is a needle."""
+
+_MOST_NEEDLES = 64
+"""How many may lie beside each other: as many T vertices as can be on an edge."""
 
 Boxes = tuple[np.ndarray, np.ndarray]
 Tree = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
@@ -104,13 +107,14 @@ def build_surface(
 
     """
     # Only scenes with meshes need it.
-    from scene_graph_ros.geometry.meshes.solids.solid import solid_of
+    from scene_graph_ros.geometry.meshes.solids.solid import one_closed_part, solid_of
 
-    surface, boxes = _surface_of(solid_of(vertices, triangles, repair_tolerance), name)
-    where = _crossing(surface, boxes)
-    if where is None and _winds_once(surface):
-        return surface
-    solid = solid_of(vertices, triangles, repair_tolerance, resolve=True)
+    solid = one_closed_part(vertices, triangles)
+    if solid is not None:
+        surface, boxes = _surface_of(solid, name)
+        if _crossing(surface, boxes) is None and _winds_once(surface):
+            return surface
+    solid = solid_of(vertices, triangles, repair_tolerance)
     surface, boxes = _surface_of(solid, name)
     where = _crossing(surface, boxes)
     if where is None or surface.report.reason:
@@ -303,15 +307,44 @@ def _edge_pseudonormals(
 ) -> np.ndarray:
     """Average the normals of all triangles at each edge; (m, 3, 3)."""
     own = np.repeat(normals, 3, axis=0)
-    # A triangle without area has at its longest side the normal of those beyond it.
-    flat, mate = np.flatnonzero(~has_area), mates_of(edges)
-    longest = np.argsort(_side_lengths(vertices, triangles[flat]), axis=1, kind="stable")
-    beyond = mate[3 * flat + longest[:, 1]]
-    known = beyond >= 0
-    own[(3 * flat + longest[:, 2])[known]] = normals[beyond[known] // 3]
+    # A triangle without area has at its longest side the normals of those beyond the others.
+    flat = np.flatnonzero(~has_area)
+    lengths = _side_lengths(vertices, triangles[flat])
+    order = np.argsort(lengths, axis=1, kind="stable")
+    sides = 3 * flat[:, None] + order
+    mate = mates_of(edges)
+    beyond = np.stack([_beyond_needles(flat, sides, sides[:, k], mate) for k in (0, 1)])
+    weights = np.where(beyond >= 0, np.take_along_axis(lengths, order, axis=1)[:, :2].T, 0.0)
+    total = weights.sum(axis=0)
+    known = total > 0.0
+    mean = np.einsum("kt,ktj->tj", weights, normals[beyond])[known] / total[known, None]
+    own[sides[known, 2]] = mean
     row = edges.rows()
     sums = np.stack([np.bincount(row, own[:, axis]) for axis in range(3)], axis=1)
     return _normalized(sums[row], own).reshape(-1, 3, 3)
+
+
+def _beyond_needles(
+    flat: np.ndarray, sides: np.ndarray, half: np.ndarray, mate: np.ndarray
+) -> np.ndarray:
+    """Return the triangles (k,) with an area across half edges (k,) of flat triangles, or -1.
+
+    ``sides`` (k, 3) are the half edges of these, the longest one last. Where needles lie beside
+    needles the way leads on, from one long side of each to the other.
+    """
+    place = np.full(len(mate) // 3, -1)
+    place[flat] = np.arange(len(flat))
+    half, beyond, going = half.copy(), np.full(len(flat), -1), np.arange(len(flat))
+    for _ in range(_MOST_NEEDLES):
+        across = mate[half[going]]
+        at = np.where(across >= 0, place[across // 3], -1)
+        has_arrived = (across >= 0) & (at < 0)
+        beyond[going[has_arrived]] = across[has_arrived] // 3
+        going, across, at = going[at >= 0], across[at >= 0], at[at >= 0]
+        if not len(going):
+            break
+        half[going] = np.where(across == sides[at, 2], sides[at, 1], sides[at, 2])
+    return beyond
 
 
 def _normalized(vectors: np.ndarray, fallback: np.ndarray) -> np.ndarray:

@@ -1,3 +1,6 @@
+import itertools
+
+from mesh_distances import signed_distances
 import numpy as np
 import pytest
 import trimesh
@@ -58,6 +61,33 @@ def test_needle_on_an_edge_leaves_the_mesh_closed():
     middle = np.flatnonzero((surface.vertices == m).all(axis=1))[0]
     # M lies on the edge between the sides y = 0 and z = 0.
     assert np.allclose(surface.vertex_pseudonormals[middle], [0.0, -1.0, -1.0] / np.sqrt(2.0))
+
+
+@pytest.mark.parametrize("places", [[0.3], [0.2, 0.6], [0.1, 0.2, 0.7, 0.8, 0.9]])
+@pytest.mark.parametrize("turned", [False, True])
+def test_needles_beside_needles_leave_an_edge_between_its_faces(places, turned):
+    """Of a wedge's edge one face has it whole, the other in pieces: its sides are those of both.
+
+    Each needle reaches from the last point to the far end, so that the way leads over all of them.
+    """
+    A, B, P, Q, R, S = range(6)
+    corners = [(0, 0, 0), (1, 0, 0), (0, 1, 0.3), (1, 1, 0.3), (0, 1, -0.3), (1, 1, -0.3)]
+    vertices = np.array(corners + [(x, 0, 0) for x in places], dtype=float)
+    ring = [A, *range(6, 6 + len(places)), B]
+    triangles = [(A, B, S), (A, S, R), (P, S, Q), (P, R, S), (A, R, P), (B, Q, S)]
+    # The whole edge, needles from B, and fans of what is beyond.
+    triangles += [(B, a, b) for a, b in itertools.pairwise(ring[:-1])]
+    triangles += [(b, a, Q) for a, b in itertools.pairwise(ring)] + [(A, P, Q)]
+    triangles = np.array(triangles)
+    if turned:
+        vertices, triangles = vertices * (1, 1, -1), triangles[:, ::-1]
+    mesh = Mesh(vertices=vertices, faces=triangles)
+    report = surface_of(mesh).report
+    assert (report.parts, report.is_closed, report.repairs) == (1, True, ()), str(report)
+    way = np.linspace(np.pi / 2 - 0.3, -np.pi / 2 + 0.3, 9)
+    outside = np.stack([0 * way, -np.cos(way), np.sin(way)], axis=1)
+    asked = np.concatenate([(x, 0, 0) + 0.05 * outside for x in (0.05, 0.15, 0.45, 0.95)])
+    np.testing.assert_allclose(signed_distances(mesh, asked), 0.05, rtol=1e-9)
 
 
 def test_inside_out_mesh_is_turned():

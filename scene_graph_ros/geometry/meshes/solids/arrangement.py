@@ -153,16 +153,18 @@ class _Boxes:
 
     def meeting(self, rows: Sequence[int]) -> list[int]:
         """Return the pieces whose boxes come within rounding of the box around some points."""
-        bounds = self._bounds_of(rows)
+        if self._count == 1:
+            return [0]
+        a, b, c, d, e, f = self._bounds_of(rows)
         slack = self._points.slack
         # The negated upper corners are behind the lower ones.
-        upper = np.concatenate([-bounds[3:], -bounds[:3]])
-        meets = (self._bounds[: self._count] <= upper + slack).all(axis=1)
+        most = (slack - d, slack - e, slack - f, slack - a, slack - b, slack - c)
+        meets = (self._bounds[: self._count] <= most).all(axis=1)
         return np.flatnonzero(meets).tolist()
 
-    def _bounds_of(self, rows: Sequence[int]) -> FloatArray:
-        x, y, z = zip(*(self._points.at[row] for row in rows), strict=True)
-        return np.array([min(x), min(y), min(z), -max(x), -max(y), -max(z)])
+    def _bounds_of(self, rows: Sequence[int]) -> tuple[float, ...]:
+        x, y, z = zip(*[self._points.at[row] for row in rows], strict=True)
+        return min(x), min(y), min(z), -max(x), -max(y), -max(z)
 
 
 def _halves(

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.meshes.solids.piercing import DegenerateError
 from scene_graph_ros.geometry.meshes.solids.winding import winding_numbers
 
-__all__ = ["Rings", "numbers_above", "rings_of"]
+__all__ = ["Rings", "area_vectors", "numbers_above", "rings_of"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -65,7 +65,8 @@ def numbers_above(
     ``times`` (m,) how many triangles each stands for. Raises DegenerateError where the polygons do
     not fit together.
     """
-    middles, areas = _middles(points, rings)
+    middles, vectors = area_vectors(points, rings)
+    areas = np.linalg.norm(vectors, axis=1)
     one, other, change = _relations(len(points), rings, is_front, times)
     label, relative = _along(one, other, change, len(middles))
     order = np.lexsort([-areas, label])
@@ -80,7 +81,8 @@ def numbers_above(
     return np.asarray(relative + votes.argmax(axis=1)[label] + lowest)
 
 
-def _middles(points: FloatArray, rings: Rings) -> tuple[FloatArray, FloatArray]:
+def area_vectors(points: FloatArray, rings: Rings) -> tuple[FloatArray, FloatArray]:
+    """Return the middles (n, 3) of polygons' corners, and normals (n, 3) as long as areas."""
     count = len(rings.source)
     sizes = np.bincount(rings.polygon, minlength=count)
     sums = [np.bincount(rings.polygon, points[rings.start, k], count) for k in range(3)]
@@ -88,7 +90,7 @@ def _middles(points: FloatArray, rings: Rings) -> tuple[FloatArray, FloatArray]:
     arms = points[rings.start] - middles[rings.polygon]
     sides = np.cross(arms, points[rings.end] - middles[rings.polygon])
     vectors = [np.bincount(rings.polygon, sides[:, k], count) for k in range(3)]
-    return middles, 0.5 * np.linalg.norm(np.stack(vectors, axis=1), axis=1)
+    return middles, np.asarray(0.5 * np.stack(vectors, axis=1), dtype=np.float64)
 
 
 def _relations(

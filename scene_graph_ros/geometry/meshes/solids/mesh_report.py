@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-__all__ = ["MeshReport", "PiecesReport", "Repair", "merged"]
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["MeshReport", "PiecesReport", "Repair", "merged", "repair_at"]
 
 Point = tuple[float, float, float]
 
@@ -27,6 +30,14 @@ class Repair:
         place = ", ".join(f"{x:.6g}" for x in self.point)
         size = "" if self.size is None else f"up to {self.size:.3g} m, "
         return f"{self.count} {self.kind} ({size}one at ({place}))"
+
+
+def repair_at(
+    kind: str, count: int, point: NDArray[np.float64], size: float | None = None
+) -> Repair:
+    """Return a repair at a point (3,)."""
+    x, y, z = (float(c) for c in point)
+    return Repair(kind, count, (x, y, z), size)
 
 
 def merged(repairs: Iterable[Repair]) -> list[Repair]:

@@ -56,13 +56,13 @@ def pressed_parts(points: FloatArray, members: list[Part], tolerance: float) -> 
 
 def folds_at(
     points: FloatArray, members: list[Part], found: PressedParts
-) -> dict[int, FloatArray | None]:
+) -> dict[int, FloatArray]:
     """Return the parts that lie on themselves and have vertices that pressing moved, and where.
 
     Pressing opens a fold, or overlaps it, by as little as it moves, and then no search finds it.
     """
     is_moved = (found.pressed.vertices != points).any(axis=1) & (found.of >= 0)
-    result: dict[int, FloatArray | None] = {}
+    result: dict[int, FloatArray] = {}
     for k in np.unique(found.of[is_moved]).tolist():
         at = first_fold(points, members[k].triangles)
         if at is not None:

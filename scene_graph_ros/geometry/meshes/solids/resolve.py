@@ -9,6 +9,7 @@ vertices are first moved by random steps smaller than the promised accuracy.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,10 +17,11 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.meshes.distinct_rows import distinct_rows, used_indices
 from scene_graph_ros.geometry.meshes.solids.arrangement import arrangement
 from scene_graph_ros.geometry.meshes.solids.half_edges import edges_of
-from scene_graph_ros.geometry.meshes.solids.levels import numbers_above, rings_of
+from scene_graph_ros.geometry.meshes.solids.levels import area_vectors, numbers_above, rings_of
 from scene_graph_ros.geometry.meshes.solids.piercing import DegenerateError
+from scene_graph_ros.geometry.meshes.solids.regions import region_boxes
 
-__all__ = ["resolved"]
+__all__ = ["Resolved", "resolved"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -31,9 +33,22 @@ _STEPS = (256, 1024)
 """In 2^-51 of the largest coordinate: how far vertices are moved, in one try after another."""
 
 
-def resolved(
-    vertices: FloatArray, triangles: IntArray
-) -> tuple[FloatArray, IntArray, FloatArray] | None:
+class Resolved(NamedTuple):
+    """The boundary of the points around which triangles wind."""
+
+    points: FloatArray
+    """(k, 3), each within 1e-12 of the size beside the given surface."""
+    triangles: IntArray
+    """(n, 3), closed."""
+    moved: FloatArray
+    """(v, 3): the given vertices as they were moved."""
+    negative: FloatArray
+    """(r, 2, 3): boxes around all points with winding number -1 or less."""
+    multiple: FloatArray
+    """(r, 2, 3): the same with winding number 2 or more."""
+
+
+def resolved(vertices: FloatArray, triangles: IntArray) -> Resolved | None:
     """Return the boundary of the points with winding number 1 or more, or None.
 
     Args:
@@ -41,9 +56,7 @@ def resolved(
         triangles: (m, 3), closed: each edge is run through as often one way as the other.
 
     Returns:
-        points (k, 3), each within 1e-12 of the size beside the given surface, and triangles
-        (n, 3), closed; and the given vertices (v, 3) as they were moved. None where rounding left
-        an open edge, in each try.
+        the boundary, or None where rounding left an open edge, in each try.
 
     Raises:
         TooManyError: the triangles cross each other too often.
@@ -51,7 +64,8 @@ def resolved(
     """
     triangles, times = _counted(triangles)
     if not len(triangles):
-        return vertices[:0], triangles, vertices
+        nowhere = np.zeros((0, 2, 3))
+        return Resolved(vertices[:0], triangles, vertices, nowhere, nowhere)
     rng = np.random.default_rng(5)
     fraction, exponent = math.frexp(np.abs(vertices[triangles]).max())
     unit = math.ldexp(1.0, exponent - (fraction == 0.5) - _WHOLE)
@@ -59,12 +73,13 @@ def resolved(
     for step in _STEPS:
         try:
             moved = whole + rng.integers(-step, step + 1, whole.shape)
-            points, faces = _boundary(moved, triangles, times)
+            points, faces, negative, multiple = _boundary(moved, triangles, times)
         except DegenerateError:
             continue
         if _is_balanced(faces):
             used, faces = used_indices(faces, len(points))
-            return points[used] * unit, faces, moved * unit
+            boxes = negative * unit, multiple * unit
+            return Resolved(points[used] * unit, faces, moved * unit, *boxes)
     return None
 
 
@@ -88,24 +103,26 @@ def _counted(triangles: IntArray) -> tuple[IntArray, IntArray]:
 
 def _boundary(
     vertices: FloatArray, triangles: IntArray, times: IntArray
-) -> tuple[FloatArray, IntArray]:
+) -> tuple[FloatArray, IntArray, FloatArray, FloatArray]:
     points, polygons, source, is_front = arrangement(vertices, triangles)
     whole = np.setdiff1d(np.arange(len(triangles)), source)
     rings = rings_of(polygons, triangles[whole], np.concatenate([source, whole]))
     above = numbers_above(points, rings, is_front, vertices, triangles, times)
-    is_boundary = (above <= 0) & (above + times[rings.source] >= 1)
-    faces = [triangles[whole[is_boundary[len(polygons) :]]]]
-    added: list[FloatArray] = []
-    for k in np.flatnonzero(is_boundary[: len(polygons)]).tolist():
-        ring = np.array(polygons[k])
-        if len(ring) == 3:
-            faces.append(ring[None])
-            continue
-        # A fan from the middle has no triangle on a straight side.
-        middle = np.full(len(ring), len(points) + len(added))
-        added.append(points[ring].mean(axis=0))
-        faces.append(np.stack([ring, np.roll(ring, -1), middle], axis=1))
-    return np.concatenate([points, np.array(added).reshape(-1, 3)]), np.concatenate(faces)
+    below = above + times[rings.source]
+    is_boundary = (above <= 0) & (below >= 1)
+    # A fan from the middle of a polygon has no triangle on a straight side.
+    is_fan = is_boundary & (np.bincount(rings.polygon) > 3)
+    number = len(points) + np.cumsum(is_fan) - 1
+    side = np.flatnonzero(is_fan[rings.polygon])
+    fans = np.stack([rings.start[side], rings.end[side], number[rings.polygon[side]]], axis=1)
+    side = np.flatnonzero((is_boundary & ~is_fan)[rings.polygon])
+    faces = np.concatenate([rings.start[side].reshape(-1, 3), fans])
+    return (
+        np.concatenate([points, area_vectors(points, rings)[0][is_fan]]),
+        faces,
+        region_boxes(points, rings, above < 0, below < 0),
+        region_boxes(points, rings, above > 1, below > 1),
+    )
 
 
 def _is_balanced(triangles: IntArray) -> bool:

@@ -37,7 +37,7 @@ from scene_graph_ros.geometry.meshes.solids.shed import without_membranes
 from scene_graph_ros.geometry.meshes.solids.union import unite, United
 from scene_graph_ros.geometry.meshes.solids.walk import walk_parts
 
-__all__ = ["Solid", "solid_of"]
+__all__ = ["Solid", "one_closed_part", "solid_of"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -73,28 +73,20 @@ _NOTHING = Solid(
 )
 
 
-def solid_of(
-    vertices: FloatArray, triangles: IntArray, repair_tolerance: float, *, resolve: bool = False
-) -> Solid:
-    """Return the solid of (m, 3) triangles over (v, 3) vertices.
+def solid_of(vertices: FloatArray, triangles: IntArray, repair_tolerance: float) -> Solid:
+    """Return the solid of (m, 3) triangles over (v, 3) vertices, cut where they cross each other.
 
-    ``repair_tolerance`` is relative to the size: how large gaps are that are closed. ``resolve``
-    says that the solid that was found before crosses itself somewhere.
+    ``repair_tolerance`` is relative to the size: how large gaps are that are closed.
     """
-    welded = _welded(vertices, triangles)
-    if not len(welded[1]):
+    if not len(triangles):
         return _NOTHING
-    plain = None if resolve else _one_closed_part(*welded)
-    if plain is not None:
-        return plain
-    return Solid(
-        *kept_solid(
-            vertices,
-            triangles,
-            (repair_tolerance, resolve),
-            lambda: _of_any_parts(vertices, triangles, repair_tolerance, resolve),
-        )
+    found = kept_solid(
+        vertices,
+        triangles,
+        (repair_tolerance,),
+        lambda: _of_any_parts(vertices, triangles, repair_tolerance),
     )
+    return Solid(*found)
 
 
 def _welded(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, IntArray]:
@@ -110,8 +102,12 @@ def _of_three_vertices(triangles: IntArray) -> IntArray:
     return triangles[(a != b) & (b != c) & (c != a)]
 
 
-def _one_closed_part(vertices: FloatArray, triangles: IntArray) -> Solid | None:
-    """Return the solid of a mesh that is one closed part as it is, else None."""
+def one_closed_part(vertices: FloatArray, triangles: IntArray) -> Solid | None:
+    """Return the solid of a mesh that is one closed part as it is, else None.
+
+    It may cross itself: then its solid is that of ``solid_of``.
+    """
+    vertices, triangles = _welded(vertices, triangles)
     edges = edges_of(triangles)
     if len(triangles) < 4 or not (edges.counts == 2).all():
         return None
@@ -130,14 +126,14 @@ def _one_closed_part(vertices: FloatArray, triangles: IntArray) -> Solid | None:
     return Solid(vertices, triangles, label, 1, report, np.zeros((0, 2, 3)))
 
 
-def _of_any_parts(
-    vertices: FloatArray, triangles: IntArray, tolerance: float, resolve: bool
-) -> Solid:
+def _of_any_parts(vertices: FloatArray, triangles: IntArray, tolerance: float) -> Solid:
     size = size_of(vertices, triangles)
     # What is closed by the file's own numbers is a part, whatever else has the same vertices.
     triangles = _of_three_vertices(triangles)
     alone = find_parts(vertices, triangles)
     at, rest = _welded(vertices, triangles[~alone.is_closed[alone.label]])
+    if not len(rest) and not alone.is_closed.any():
+        return _NOTHING
     repairs: list[Repair] = []
     parts, membranes = find_parts(at, rest), rest[:0]
     if not parts.is_closed.all() or _has_doubles(rest):
@@ -145,7 +141,7 @@ def _of_any_parts(
     parts = joined_parts(alone, parts, len(vertices))
     membranes = membranes + len(vertices)
     vertices = np.concatenate([vertices, at])
-    united = unite(vertices, parts, tolerance * size, resolve=resolve)
+    united = unite(vertices, parts, tolerance * size)
     repairs += united.repairs
     if len(parts.against):
         x, y, z = (float(c) for c in vertices[parts.triangles[parts.against[0]]].mean(axis=0))

@@ -1,8 +1,8 @@
 """Unite closed parts that overlap, touch or are nested, by ``manifold3d``.
 
 The solid is the set of points around which the parts wind, cavities counted as -1. The result is
-held to winding numbers at random points, which are counted apart. Parts that the library refuses,
-or that cross themselves, are cut where they cross (``resolve``).
+held to winding numbers at random points, which are counted apart. Parts that cross themselves are
+cut together with those that they overlap, and so are parts that the library refuses.
 """
 
 from __future__ import annotations
@@ -16,26 +16,29 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.meshes.distinct_rows import used_indices
 from scene_graph_ros.geometry.meshes.solids.cavities import Part
+from scene_graph_ros.geometry.meshes.solids.crossing_parts import crossing_parts, without_folds
 from scene_graph_ros.geometry.meshes.solids.crossings import first_crossing
-from scene_graph_ros.geometry.meshes.solids.folds import unfolded
+from scene_graph_ros.geometry.meshes.solids.cut import (
+    collapsed,
+    cut_where_they_cross,
+    hold_to_winding,
+    NotUnitedError,
+    Piece,
+    self_crossing,
+    Shell,
+    used_part,
+)
 from scene_graph_ros.geometry.meshes.solids.manifolds import bodies_of, boundary_of
-from scene_graph_ros.geometry.meshes.solids.mesh_report import merged, Repair
+from scene_graph_ros.geometry.meshes.solids.mesh_report import merged, Repair, repair_at
 from scene_graph_ros.geometry.meshes.solids.overlaps import groups_of_boxes
 from scene_graph_ros.geometry.meshes.solids.pairing import is_nested_in_itself
-from scene_graph_ros.geometry.meshes.solids.parts import Parts, signed_volumes, size_of
-from scene_graph_ros.geometry.meshes.solids.piercing import TooManyError
+from scene_graph_ros.geometry.meshes.solids.parts import Parts, size_of
 from scene_graph_ros.geometry.meshes.solids.pressed_parts import (
     folds_at,
     pressed_parts,
     PressedParts,
 )
-from scene_graph_ros.geometry.meshes.solids.probes import probes, wound_otherwise
-from scene_graph_ros.geometry.meshes.solids.resolve import resolved
-from scene_graph_ros.geometry.meshes.solids.slivers import (
-    Corners,
-    SHORT,
-    without_short_edges,
-)
+from scene_graph_ros.geometry.meshes.solids.slivers import Corners, SHORT
 from scene_graph_ros.geometry.meshes.solids.winding import Tree, winding_numbers
 from scene_graph_ros.geometry.meshes.triangle_boxes import triangle_boxes
 
@@ -43,8 +46,6 @@ __all__ = ["United", "unite"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-Shell = tuple[FloatArray, IntArray]
-"""Points (v, 3), and triangles (m, 3) over them."""
 
 LEAST_PART = 1e-12
 """Relative to the whole: a part of this size, in length, is dropped."""
@@ -65,27 +66,13 @@ class United(NamedTuple):
     """Why some parts were left as they are, or nothing."""
 
 
-class _Piece(NamedTuple):
-    """The same of a group of parts whose boxes overlap."""
-
-    vertices: FloatArray
-    triangles: IntArray
-    repairs: list[Repair]
-    cavities: int = 0
-
-
-class _NotUnitedError(Exception):
-    """The library refuses a part, or its result is not the parts' union by winding numbers."""
-
-
-def unite(vertices: FloatArray, parts: Parts, tolerance: float, *, resolve: bool) -> United:
+def unite(vertices: FloatArray, parts: Parts, tolerance: float) -> United:
     """Return the boundary of the solid of all closed parts.
 
     Args:
         vertices: (v, 3).
         parts: over these vertices; its sheets are left out.
         tolerance: metres; slits between parts that are not wider are closed.
-        resolve: whether parts are searched for places where they cross themselves.
 
     """
     found = _split(vertices, parts)
@@ -99,7 +86,7 @@ def unite(vertices: FloatArray, parts: Parts, tolerance: float, *, resolve: bool
     if len(dropped):
         point, largest = found[dropped[0]].lower, float(extents[dropped].max())
         kind = "parts smaller than 1e-12 of the whole dropped"
-        repairs.append(_repair(kind, len(dropped), point, largest))
+        repairs.append(repair_at(kind, len(dropped), point, largest))
     found = [part for part, kept in zip(found, is_kept, strict=True) if kept]
     pieces: list[Shell] = []
     cavities, doubt = 0, ""
@@ -108,26 +95,24 @@ def unite(vertices: FloatArray, parts: Parts, tolerance: float, *, resolve: bool
     alone = []
     for group in groups_of_boxes(lower - tolerance, upper):
         members = [found[i] for i in group]
-        if len(members) == 1 and not resolve and members[0].has_edges_of_two:
-            alone.append(members[0].triangles)
-            continue
-        middle = _middle(members)
+        middle = _middle(lower[group], upper[group])
         try:
-            piece = _united_group(vertices, members, middle, tolerance, resolve)
+            if len(group) == 1 and self_crossing(vertices, members[0].triangles) is None:
+                alone.append(members[0].triangles)
+                continue
+            piece = _united_group(vertices, members, middle, tolerance)
             pieces.append((piece.vertices + middle, piece.triangles))
             cavities += piece.cavities
-            repairs += [_repair(r.kind, r.count, r.point + middle, r.size) for r in piece.repairs]
-        except _NotUnitedError as error:
+            repairs += [
+                repair_at(r.kind, r.count, r.point + middle, r.size) for r in piece.repairs
+            ]
+            doubt = doubt or piece.doubt
+        except NotUnitedError as error:
             alone.extend(member.triangles for member in members)
-            doubt = str(error)
+            doubt = error.told(middle)
     if alone:
-        pieces.insert(0, _used(vertices, np.concatenate(alone)))
+        pieces.insert(0, used_part(vertices, np.concatenate(alone)))
     return United(*_together(pieces), cavities, merged(repairs), doubt)
-
-
-def _repair(kind: str, count: int, point: FloatArray, size: float | None = None) -> Repair:
-    x, y, z = (float(c) for c in point)
-    return Repair(kind, count, (x, y, z), size)
 
 
 def _split(vertices: FloatArray, parts: Parts) -> list[Part]:
@@ -153,20 +138,14 @@ def _split(vertices: FloatArray, parts: Parts) -> list[Part]:
     ]
 
 
-def _middle(members: list[Part]) -> FloatArray:
-    """Return a point amid parts: there the library, which rounds by coordinates, is most exact.
+def _middle(lower: FloatArray, upper: FloatArray) -> FloatArray:
+    """Return a point amid boxes (k, 3): there the library, which rounds, is most exact.
 
     It has few digits, so that hardly any coordinate is rounded when it is subtracted.
     """
-    lower = np.min([part.lower for part in members], axis=0)
-    upper = np.max([part.upper for part in members], axis=0)
+    lower, upper = lower.min(axis=0), upper.max(axis=0)
     step = math.ldexp(1.0, math.frexp((upper - lower).max())[1] - 5)
     return np.asarray(np.round(0.5 * (lower + upper) / step) * step)
-
-
-def _used(vertices: FloatArray, triangles: IntArray) -> Shell:
-    used, triangles = used_indices(triangles, len(vertices))
-    return vertices[used], triangles
 
 
 def _together(pieces: Sequence[Shell]) -> Shell:
@@ -178,66 +157,67 @@ def _together(pieces: Sequence[Shell]) -> Shell:
 
 
 def _united_group(
-    vertices: FloatArray, members: list[Part], middle: FloatArray, tolerance: float, resolve: bool
-) -> _Piece:
+    vertices: FloatArray, members: list[Part], middle: FloatArray, tolerance: float
+) -> Piece:
     """Return the boundary of the solid of parts whose boxes overlap, with the middle as origin."""
     points, members = _about(middle, vertices, members)
     if len(members) == 1:
-        triangles, of = members[0].triangles, np.zeros(len(points), dtype=np.int64)
-        crossing = first_crossing(points, triangles)
-        if crossing is None:
-            crossing = wound_otherwise(points, triangles)
-        if crossing is None:
-            return _Piece(points, triangles, [])
-        return _resolved_group(points, triangles, of, crossing)
+        triangles = members[0].triangles
+        return _cut_at(Piece(points, triangles, []), self_crossing(points, triangles))
     members = [
         part._replace(
             is_nested=not part.has_edges_of_two and is_nested_in_itself(points, part.triangles)
         )
         for part in members
     ]
-    repairs: list[Repair] = []
-    if not resolve:  # else all are cut together
-        nested = {k: None for k, part in enumerate(members) if part.is_nested}
-        points, members, repairs = _cut_alone(points, members, nested)
+    crossing = crossing_parts(points, members)
     found = pressed_parts(points, members, tolerance)
     folded = folds_at(points, members, found)
-    if folded:
-        points, members, more = _cut_alone(points, members, folded)
-        repairs += more
-        if not members:
-            return _Piece(*_together([]), repairs)
-        found = pressed_parts(points, members, tolerance)
-    return _united_parts(found, members, repairs, resolve=resolve)
+    if not folded:
+        return _united_parts(found, members, crossing)
+    cut = without_folds(points, members, folded)
+    if not cut.members:
+        return Piece(*_together([]), cut.repairs)
+    found = pressed_parts(cut.points, cut.members, tolerance)
+    # The library might unite what is left of them wrongly, where rounding has it cross itself.
+    piece = _united_parts(found, cut.members, {**crossing, **folded})
+    return piece._replace(repairs=cut.repairs + piece.repairs, doubt=cut.doubt)
+
+
+def _cut_at(piece: Piece, crossing: FloatArray | None) -> Piece:
+    """Return a piece cut where it crosses itself, if a point (3,) is known where it does."""
+    points, triangles, repairs, *_ = piece
+    if crossing is None:
+        return piece
+    of = np.zeros(len(points), dtype=np.int64)
+    cut = cut_where_they_cross(points, triangles, of, crossing).piece
+    return cut._replace(repairs=repairs + cut.repairs)
 
 
 def _united_parts(
-    found: PressedParts, members: list[Part], repairs: list[Repair], *, resolve: bool
-) -> _Piece:
-    """Return the boundary of the solid of parts that are pressed together; repairs are added."""
+    found: PressedParts, members: list[Part], crossing: Mapping[int, FloatArray | None]
+) -> Piece:
+    """Return the boundary of the solid of parts that are pressed together.
+
+    ``crossing`` are parts that the library would unite wrongly, and where they cross themselves.
+    """
     points, oriented = given = found.pressed.vertices, found.oriented
+    repairs: list[Repair] = []
     if found.reaching:
         at = points[members[found.reaching[0]].triangles].mean(axis=(0, 1))
         kind = "cavities that reach out of their part cut off"
-        repairs.append(_repair(kind, len(found.reaching), at))
+        repairs.append(repair_at(kind, len(found.reaching), at))
     if found.pressed.slits:
         kind, widest = "slits pressed together", found.pressed.widest
-        repairs.append(_repair(kind, found.pressed.slits, found.pressed.point, widest))
-    crossing, tree = None, found.pressed.tree
-    try:
-        united = _by_library(found, members)
-        _hold_to_winding(given, united[:2], tree)
-        crossing = first_crossing(*united[:2]) if resolve else None
-        is_resolved = crossing is not None
-    except _NotUnitedError:
-        crossing, is_resolved = first_crossing(points, found.triangles), True
-        for part in members:
-            if crossing is None:
-                crossing = wound_otherwise(points, part.triangles)
-    if is_resolved:
-        united = _resolved_group(points, oriented, found.of, crossing)
-    repairs += united.repairs + _vanished(members, given, united[:2], tree)
-    return _Piece(*united[:2], repairs, int(np.sum(np.array(found.cavity_of) >= 0)))
+        repairs.append(repair_at(kind, found.pressed.slits, found.pressed.point, widest))
+    united = None if crossing else _by_library(found, members)
+    if united is None:
+        at = next((at for at in crossing.values() if at is not None), None)
+        if at is None:
+            at = first_crossing(points, found.triangles)
+        united = cut_where_they_cross(points, oriented, found.of, at).piece
+    repairs += united.repairs + _vanished(members, given, united[:2], found.pressed.tree)
+    return Piece(*united[:2], repairs, int(np.sum(np.array(found.cavity_of) >= 0)))
 
 
 def _vanished(members: list[Part], given: Shell, united: Shell, tree: Tree | None) -> list[Repair]:
@@ -255,46 +235,7 @@ def _vanished(members: list[Part], given: Shell, united: Shell, tree: Tree | Non
     if not len(lost):
         return []
     largest = float(extents[rows[lost]].max())
-    return [_repair("parts as thin as rounding dropped", len(lost), middles[lost[0]], largest)]
-
-
-def _cut_alone(
-    points: FloatArray, members: list[Part], chosen: Mapping[int, FloatArray | None]
-) -> tuple[FloatArray, list[Part], list[Repair]]:
-    """Return vertices and parts, the chosen ones cut where they cross or lie on themselves.
-
-    A place (3,) that is known of one is reported. A part that bounds nothing is left out; one that
-    can't be cut stays as it is.
-    """
-    at, result, count = [points], [], len(points)
-    repairs: list[Repair] = []
-    for k, part in enumerate(members):
-        if k not in chosen:
-            result.append(part)
-            continue
-        own, triangles = _used(points, part.triangles)
-        of = np.zeros(len(own), dtype=np.int64)
-        try:
-            cut = _resolved_group(own, triangles, of, chosen[k])
-        except _NotUnitedError:
-            result.append(part)
-            continue
-        repairs += cut.repairs
-        if not len(cut.triangles):
-            continue
-        one = np.zeros(len(cut.triangles), dtype=np.int64)
-        volume = float(signed_volumes(cut.vertices, cut.triangles, one, 1)[0]) / 6.0
-        result.append(
-            part._replace(
-                triangles=cut.triangles + count,
-                volume=volume,
-                has_edges_of_two=False,
-                is_nested=False,
-            )
-        )
-        at.append(cut.vertices)
-        count += len(cut.vertices)
-    return np.concatenate(at), result, repairs
+    return [repair_at("parts as thin as rounding dropped", len(lost), middles[lost[0]], largest)]
 
 
 def _about(
@@ -312,64 +253,19 @@ def _about(
     return np.concatenate(points), result
 
 
-def _resolved_group(
-    points: FloatArray, oriented: IntArray, of: IntArray, crossing: FloatArray | None = None
-) -> _Piece:
-    """Return the boundary of the space triangles wind around, by cutting their crossings.
-
-    ``of`` (v,) is the part that each point is a corner of, and ``crossing`` (3,) is reported.
-    """
-    try:
-        found = resolved(unfolded(points, oriented), oriented)
-    except TooManyError as error:
-        raise _NotUnitedError(f"parts can't be united: {error}") from error
-    if found is None:
-        raise _NotUnitedError("parts can't be united: where they cross, they do not close")
-    at, triangles, moved = found
-    piece = _collapsed(at, triangles, Corners(moved, of))
-    _hold_to_winding((points, oriented), piece[:2])
-    if crossing is not None:
-        piece.repairs.append(_repair("bodies cut where they cross themselves", 1, crossing))
-    return piece
-
-
-def _by_library(found: PressedParts, members: list[Part]) -> _Piece:
-    """Return the boundary of the solid of parts by the library."""
+def _by_library(found: PressedParts, members: list[Part]) -> Piece | None:
+    """Return the boundary of the solid of parts by the library, or None where that fails."""
     points, grown = found.pressed.vertices, found.pressed.grown
     bodies = bodies_of(points, members)
     if any(body is None for body in bodies):
-        raise _NotUnitedError("manifold3d refuses a part")
+        return None
     wide = bodies_of(grown, members) if grown is not points else bodies
     wide = [body if other is None else other for body, other in zip(bodies, wide, strict=True)]
     size = float(np.abs(points).max())
     corners = Corners(points, found.of)
-    return _collapsed(*boundary_of(bodies, found.cavity_of, wide, size), corners)
-
-
-def _collapsed(points: FloatArray, triangles: IntArray, corners: Corners) -> _Piece:
-    """Return triangles (m, 3) without needles of rounding, and the features that they lost."""
-    triangles, lost, size = without_short_edges(points, triangles, corners)
-    repairs = []
-    if len(lost):
-        kind = f"features smaller than {SHORT:g} of the size dropped"
-        repairs.append(_repair(kind, len(lost), points[lost[0]], size))
-    return _Piece(*_used(points, triangles), repairs)
-
-
-def _hold_to_winding(given: Shell, united: Shell, tree: Tree | None = None) -> None:
-    """Compare the union with its parts at random points, in the box and beside vertices.
-
-    It winds once around the points around which they wind once or more. ``tree`` is of the parts'
-    triangles, if it is known.
-    """
-    vertices, oriented = given
-    samples = probes(vertices, oriented)
-    wanted = winding_numbers(samples, vertices, oriented, tree=tree) >= 1
-    found = np.zeros(len(samples), dtype=np.int64)
-    if len(united[1]):
-        found = winding_numbers(samples, *united)
-    # A part that is nested in itself, along edges of four, would leave walls inside of the solid.
-    wrong = np.flatnonzero(found != wanted)
-    if len(wrong):
-        place = ", ".join(f"{x:.6g}" for x in samples[wrong[0]])
-        raise _NotUnitedError(f"parts can't be united near ({place})")
+    piece = collapsed(*boundary_of(bodies, found.cavity_of, wide, size), corners)
+    try:
+        hold_to_winding((points, found.oriented), piece[:2], found.pressed.tree)
+        return _cut_at(piece, first_crossing(*piece[:2]))
+    except NotUnitedError:
+        return None

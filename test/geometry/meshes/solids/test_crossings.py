@@ -2,6 +2,7 @@
 
 from fractions import Fraction
 
+from constructed_solids import convex_body
 from mesh_distances import signed_distances
 import numpy as np
 import pytest
@@ -60,6 +61,32 @@ def test_a_surface_that_crosses_itself_along_edges_is_cut(name, turn, is_alone):
     phi = signed_distances(mesh, points)
     clear = np.abs(phi) > 1e-9
     np.testing.assert_array_equal((phi < 0.0)[clear], (winding > 0.5)[clear])
+
+
+def test_what_is_inside_out_takes_away_from_a_body_around_it():
+    """A lobe wound around by -1, in a ball: the solid has its winding number of 0 nowhere inside.
+
+    All of the crossing is inside of the ball, and not on the surface of a union.
+    """
+    rng = np.random.default_rng(1)
+    ring = [(-3, -1, 0), (0.3, 0.1, 0), (0.3, -0.1, 0), (-3, 1, 0)]
+    vertices = np.array([*ring, (-1, 0, 1), (-1, 0, -1)], dtype=float)
+    k = np.arange(4)
+    j = (k + 1) % 4
+    faces = np.vstack([np.stack([k, j, 0 * k + 5], 1), np.stack([j, k, 0 * k + 4], 1)])[:, ::-1]
+    assert solid_angles(np.array([(-2.0, 0.0, 0.0)]), vertices, faces)[0] > 0.99
+    on_ball = rng.normal(size=(300, 3))
+    ball = convex_body(2.0 * on_ball / np.linalg.norm(on_ball, axis=1)[:, None])
+    points = np.vstack([vertices, ball.vertices - (0.5, 0, 0)])
+    triangles = np.vstack([faces, ball.faces + len(vertices)])
+    asked = rng.uniform((-0.2, -0.1, -0.3), (0.3, 0.1, 0.3), (400, 3))
+    alone = solid_angles(asked, vertices, faces)
+    np.testing.assert_allclose(alone, np.round(alone), atol=1e-6)
+    assert (np.unique(np.round(alone)) == (-1, 0, 1)).all()
+    mesh = Mesh(vertices=points, faces=triangles)
+    assert surface_of(mesh).report.is_closed
+    phi = signed_distances(mesh, asked)
+    np.testing.assert_array_equal(phi < 0.0, solid_angles(asked, points, triangles) > 0.5)
 
 
 def meet(one, other):

@@ -1,5 +1,7 @@
 """Triangles as solids: parts, cavities, sheets, repairs, in any order and orientation."""
 
+import re
+
 from mesh_distances import signed_distances
 import numpy as np
 import pytest
@@ -8,8 +10,8 @@ from winding_truth import solid_angles
 
 from scene_graph_ros.geometry import Mesh
 from scene_graph_ros.geometry.errors import MeshError, PropertyError
+from scene_graph_ros.geometry.meshes.solids.cut import hold_to_winding, NotUnitedError
 from scene_graph_ros.geometry.meshes.solids.solid import solid_of
-from scene_graph_ros.geometry.meshes.solids.union import _hold_to_winding
 from scene_graph_ros.geometry.meshes.solids.winding import winding_numbers
 from scene_graph_ros.geometry.meshes.sources import is_convex, surface_of
 from scene_graph_ros.geometry.model.mesh_properties import check_solid, mesh_meant
@@ -179,9 +181,9 @@ def test_a_triangle_with_a_vertex_twice_is_none():
     points = UNIT[0].copy()
     points[0] = (0.5, 0.5, 1.5)
     faces = np.vstack([FACES, [(2, 0, 2), (2, 6, 6), (3, 0, 3), (6, 0, 6), (6, 4, 4), (6, 7, 6)]])
-    solid = solid_of(points, faces, 1e-6, resolve=True)
+    solid = solid_of(points, faces, 1e-6)
     assert (solid.report.is_closed, solid.report.reason) == (True, "")
-    clean = solid_of(points, FACES, 1e-6, resolve=True)
+    clean = solid_of(points, FACES, 1e-6)
     assert volume(solid) == pytest.approx(volume(clean), abs=1e-11)
 
 
@@ -256,5 +258,10 @@ def test_a_part_nested_in_itself_along_common_edges_has_no_walls_inside(others):
 def test_a_union_with_walls_inside_is_refused():
     """A box in a box, both kept: points of the inner one are wound around twice."""
     mesh = together(body((0, 0, 0), (3, 1, 1)), body((1, 0.1, 0.1), (2, 0.9, 0.9)))
-    with pytest.raises(Exception, match=r"parts can't be united near"):
-        _hold_to_winding(mesh, mesh)
+    with pytest.raises(NotUnitedError) as refused:
+        hold_to_winding(mesh, mesh)
+    told = refused.value.told(np.array([100.0, 200.0, 300.0]))
+    place = re.fullmatch(r"parts can't be united near \((.*), (.*), (.*)\)", told)
+    lower, upper = np.array([101, 200.1, 300.1]), np.array([102, 200.9, 300.9])
+    at = np.array([float(x) for x in place.groups()])
+    assert ((at > lower) & (at < upper)).all(), told

@@ -9,6 +9,7 @@ from mesh_distances import signed_distances
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from searching import times
 
 from scene_graph_ros.geometry import Mesh
 from scene_graph_ros.geometry.meshes.solids.repair import repaired
@@ -78,6 +79,64 @@ def test_boxes_with_split_faces_that_touch_are_one_solid(how):
         silent += bool(wrong.any() and report.is_closed)
         assert is_single or not wrong.any(), (seed, points[wrong][0], str(report))
     assert silent == 0
+
+
+def boxes_in_a_larger_one(rng):
+    """Return boxes, some of them hollow, and their triangles (n, 3, 3) in single precision."""
+    lowers, uppers = rng.integers(0, 4, (int(rng.integers(3, 6)), 3)), None
+    uppers = lowers + rng.integers(1, 4, lowers.shape)
+    lowers[0], uppers[0] = -1, 8
+    volumes = (uppers - lowers).prod(axis=1)
+    hollow = []
+    for k in np.flatnonzero(rng.random(len(lowers)) < 0.5):
+        around = (lowers <= lowers[k]).all(axis=1) & (uppers >= uppers[k]).all(axis=1)
+        # In the largest one alone, so that it is a cavity by the rule.
+        if np.count_nonzero(around & (volumes > volumes[k])) == 1:
+            hollow.append(int(k))
+    boxes = Boxes(
+        *zip(lowers, uppers, strict=True),
+        hollow=hollow,
+        R=Rotation.random(rng=rng).as_matrix(),
+        size=10.0 ** rng.uniform(-9, 4),
+        origin=rng.normal(size=3) * rng.choice([0, 1, 5]),
+    )
+    corners = []
+    for k, (lower, upper) in enumerate(boxes.boxes):
+        axes = np.stack([lower, upper], axis=1)
+        points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+        pieces = split(rng, points[FACES], int(rng.integers(1, 5)))
+        corners.append(pieces[:, ::-1] if k in boxes.hollow else pieces)
+    corners = np.concatenate(corners)
+    corners = boxes.placed(corners.reshape(-1, 3)).reshape(-1, 3, 3)
+    corners = np.concatenate([corners, corners[rng.integers(len(corners), size=2)]])
+    return boxes, corners.astype(np.float32).astype(float)
+
+
+@pytest.mark.search
+def test_hollow_boxes_in_single_precision_have_their_sides_or_are_reported():
+    """Bodies that touch hollows may be joined with them: then a part winds around points by -1."""
+    seeds = [163, 247, 315, 319, 492, 503, 530, 604, *range(times(40))]
+    is_open = 0
+    for seed in seeds:
+        rng = np.random.default_rng((8, seed))
+        boxes, corners = boxes_in_a_larger_one(rng)
+        if len(np.unique(boxes.boxes, axis=0)) < len(boxes.boxes):
+            continue  # of two cavities that are the same, each is in the other
+        rows = rng.permutation(len(corners))
+        mesh = Mesh(
+            vertices=corners[rows].reshape(-1, 3), faces=np.arange(3 * len(rows)).reshape(-1, 3)
+        )
+        report = surface_of(mesh).report
+        if not report.is_closed:
+            assert report.reason
+            is_open += 1
+            continue
+        points = rng.uniform(*boxes.reach, (300, 3))
+        phi, wanted = signed_distances(mesh, boxes.placed(points)), boxes.distances(points)
+        clear = np.abs(wanted) > 3e-6 * np.abs(corners).max()
+        wrong = clear & ((phi < 0.0) != (wanted < 0.0))
+        assert not wrong.any(), (seed, points[wrong][0], str(report))
+    assert is_open <= 0.05 * len(seeds)
 
 
 def test_edges_that_hide_each_other():
