@@ -33,8 +33,20 @@ _FLAT = 5e-15
 
 
 @lean_kernel
-def _heights(vertices, triangles, t, origin, n):
-    """Return the heights of a triangle's corners above a plane, times the length of n."""
+def _plane(vertices, triangles, t):
+    """Return (origin, n, length) of a triangle's plane: a corner, and a normal with its length."""
+    a = load_vector(vertices, triangles[t, 0])
+    n = cross(
+        subtract(load_vector(vertices, triangles[t, 1]), a),
+        subtract(load_vector(vertices, triangles[t, 2]), a),
+    )
+    return a, n, norm(n)
+
+
+@lean_kernel
+def _heights(vertices, triangles, t, plane):
+    """Return the heights of a triangle's corners above a plane, times the length of its normal."""
+    origin, n, _ = plane
     return (
         dot(n, subtract(load_vector(vertices, triangles[t, 0]), origin)),
         dot(n, subtract(load_vector(vertices, triangles[t, 1]), origin)),
@@ -43,27 +55,24 @@ def _heights(vertices, triangles, t, origin, n):
 
 
 @lean_kernel
-def _is_within(x, n, length, a, b, c, slack):
+def _is_within(vertices, triangles, t, plane, x, slack):
     """Return whether a point of the plane of a triangle is inside of it, by more than slack."""
-    for first, last in ((a, b), (b, c), (c, a)):
-        edge = subtract(last, first)
+    _, n, length = plane
+    for k in range(3):
+        first = load_vector(vertices, triangles[t, k])
+        edge = subtract(load_vector(vertices, triangles[t, (k + 1) % 3]), first)
         if dot(cross(n, edge), subtract(x, first)) <= slack * length * norm(edge):
             return False
     return True
 
 
 @lean_kernel
-def _pierced(vertices, triangles, t, s, slack):
-    """Return (pierced, x): whether an edge of triangle t goes through triangle s, and where."""
-    a = load_vector(vertices, triangles[s, 0])
-    b = load_vector(vertices, triangles[s, 1])
-    c = load_vector(vertices, triangles[s, 2])
-    n = cross(subtract(b, a), subtract(c, a))
-    length = norm(n)
-    heights = _heights(vertices, triangles, t, a, n)
-    deep = slack * length
-    if length == 0.0 or max(heights) <= deep or min(heights) >= -deep:
-        return False, a
+def _pierced(vertices, triangles, t, s, heights, plane, slack):
+    """Return (pierced, x): whether an edge of triangle t goes through triangle s, and where.
+
+    ``plane`` is that of s, and ``heights`` are those of the corners of t above it.
+    """
+    deep = slack * plane[2]
     for k in range(3):
         above, below = heights[k], heights[(k + 1) % 3]
         if above * below >= 0.0 or min(abs(above), abs(below)) <= deep:
@@ -77,21 +86,15 @@ def _pierced(vertices, triangles, t, s, slack):
             continue
         p, q = load_vector(vertices, i), load_vector(vertices, j)
         x = axpy(above / (above - below), subtract(q, p), p)
-        if _is_within(x, n, length, a, b, c, slack):
+        if _is_within(vertices, triangles, s, plane, x, slack):
             return True, x
-    return False, a
+    return False, plane[0]
 
 
 @lean_kernel
-def _cut_by_plane(vertices, triangles, t, origin, n, deep):
-    """Return (is_cut, p, q): the ends of a triangle's segment in a plane that it reaches across.
-
-    It does where it has corners on both sides that are farther away than deep over n's length.
-    """
-    heights = _heights(vertices, triangles, t, origin, n)
-    p = q = origin
-    if max(heights) <= deep or min(heights) >= -deep:
-        return False, p, q
+def _cut_by_plane(vertices, triangles, t, heights):
+    """Return the ends of the segment of a triangle in a plane that it reaches across."""
+    p = q = load_vector(vertices, triangles[t, 0])
     for k in range(3):
         start, end = heights[k], heights[(k + 1) % 3]
         if (start > 0.0) == (end > 0.0):
@@ -99,45 +102,51 @@ def _cut_by_plane(vertices, triangles, t, origin, n, deep):
         corner = load_vector(vertices, triangles[t, k])
         side = subtract(load_vector(vertices, triangles[t, (k + 1) % 3]), corner)
         q, p = p, axpy(start / (start - end), side, corner)
-    return True, p, q
+    return p, q
 
 
 @lean_kernel
-def _share_segment(vertices, triangles, t, s, slack):
+def _share_segment(vertices, triangles, t, s, heights_t, heights_s, planes, slack):
     """Return (shares, x): whether two triangles have a segment in common that is inside of both.
 
-    Its ends may be on edges, or at a corner of both: then no edge goes through either.
+    Its ends may be on edges, or at a corner of both: then no edge goes through either. Each
+    reaches across the plane of the other; ``planes`` are those of t and s.
     """
-    a, b, c = (
-        load_vector(vertices, triangles[t, 0]),
-        load_vector(vertices, triangles[t, 1]),
-        load_vector(vertices, triangles[t, 2]),
-    )
-    d, e, f = (
-        load_vector(vertices, triangles[s, 0]),
-        load_vector(vertices, triangles[s, 1]),
-        load_vector(vertices, triangles[s, 2]),
-    )
-    n, m = cross(subtract(b, a), subtract(c, a)), cross(subtract(e, d), subtract(f, d))
-    length_n, length_m = norm(n), norm(m)
-    if length_n == 0.0 or length_m == 0.0:
-        return False, a
-    is_cut, p, q = _cut_by_plane(vertices, triangles, t, d, m, slack * length_m)
-    if not is_cut:
-        return False, a
-    is_cut, u, v = _cut_by_plane(vertices, triangles, s, a, n, slack * length_n)
+    plane_t, plane_s = planes
+    p, q = _cut_by_plane(vertices, triangles, t, heights_t)
+    u, v = _cut_by_plane(vertices, triangles, s, heights_s)
     along = subtract(q, p)
     extent = norm(along)
-    if not is_cut or extent <= slack:
-        return False, a
+    if extent <= slack:
+        return False, p
     one = dot(subtract(u, p), along) / extent
     other = dot(subtract(v, p), along) / extent
     start, end = max(0.0, min(one, other)), min(extent, max(one, other))
     if end - start <= slack:
-        return False, a
+        return False, p
     x = axpy(0.5 * (start + end) / extent, along, p)
-    is_inside = _is_within(x, n, length_n, a, b, c, slack)
-    return is_inside and _is_within(x, m, length_m, d, e, f, slack), x
+    is_inside = _is_within(vertices, triangles, t, plane_t, x, slack)
+    return is_inside and _is_within(vertices, triangles, s, plane_s, x, slack), x
+
+
+@lean_kernel
+def _pass_through(vertices, triangles, t, s, slack):
+    """Return (crosses, x): whether one of two triangles passes through the other, and where."""
+    plane_t, plane_s = _plane(vertices, triangles, t), _plane(vertices, triangles, s)
+    heights_t = _heights(vertices, triangles, t, plane_s)
+    heights_s = _heights(vertices, triangles, s, plane_t)
+    deep_t, deep_s = slack * plane_s[2], slack * plane_t[2]
+    t_reaches = max(heights_t) > deep_t and min(heights_t) < -deep_t
+    s_reaches = max(heights_s) > deep_s and min(heights_s) < -deep_s
+    crosses, x = False, plane_t[0]
+    if t_reaches:
+        crosses, x = _pierced(vertices, triangles, t, s, heights_t, plane_s, slack)
+    if s_reaches and not crosses:
+        crosses, x = _pierced(vertices, triangles, s, t, heights_s, plane_t, slack)
+    if t_reaches and s_reaches and not crosses:
+        planes = plane_t, plane_s
+        crosses, x = _share_segment(vertices, triangles, t, s, heights_t, heights_s, planes, slack)
+    return crosses, x
 
 
 @lean_kernel
@@ -156,12 +165,7 @@ def _cross(vertices, triangles, normals, t, s, size):
             shared += triangles[t, k] == triangles[s, m]
     if shared > 1:
         return False, (0.0, 0.0, 0.0)
-    pierced, x = _pierced(vertices, triangles, t, s, slack)
-    if not pierced:
-        pierced, x = _pierced(vertices, triangles, s, t, slack)
-    if not pierced:
-        pierced, x = _share_segment(vertices, triangles, t, s, slack)
-    return pierced, x
+    return _pass_through(vertices, triangles, t, s, slack)
 
 
 @lean_kernel
