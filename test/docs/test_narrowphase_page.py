@@ -6,7 +6,7 @@ import itertools
 from pathlib import Path
 import re
 
-from deciding import counted, KINDS, PAGE, read, shares
+from deciding import count_apart, COUNTED, KINDS, PAGE, read, shares
 import pytest
 
 from scene_graph_ros.geometry.narrowphase.mechanism import Mechanism
@@ -21,10 +21,10 @@ DIGITS = 0.05
 """Percent: shares are stated to three digits."""
 
 
-@pytest.mark.parametrize("name", counted)
+@pytest.mark.parametrize("name", COUNTED)
 def test_who_decides_is_what_the_page_says(name):
     """Both ways: a mechanism that decides more than it says is news, too."""
-    found, stated = shares(counted[name]()), read(name, TEXT)
+    found, stated = shares(count_apart(name)), read(name, TEXT)
     assert set(stated) == set(found)
     for pair, row in found.items():
         for mechanism in {*row, *stated[pair]}:

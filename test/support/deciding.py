@@ -1,6 +1,8 @@
 """What decides pairs, counted; run it to write the tables of docs/narrowphase.md anew.
 
-``python test/support/deciding.py`` counts over the benchmark's scenes and over the hard corpus.
+``python test/support/deciding.py`` counts over the benchmark's scenes and over the hard corpus,
+each in a process of its own: BLAS computes poses that touch to rounding, and those of its kernels
+that every processor runs round them alike. ``--count NAME`` prints one count.
 """
 
 from __future__ import annotations
@@ -8,8 +10,10 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 import json
+import os
 from pathlib import Path
 import re
+import subprocess
 import sys
 
 ROOT = Path(__file__).parents[2]
@@ -29,7 +33,7 @@ from scene_graph_ros.geometry.narrowphase.mechanism import Mechanism  # noqa: E4
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind  # noqa: E402
 from scene_graph_ros.geometry.tables.hull_blocks import SCAN_LIMIT  # noqa: E402
 
-__all__ = ["PAGE", "corpus", "counted", "read", "scenes", "shares", "table"]
+__all__ = ["COUNTED", "PAGE", "corpus", "count_apart", "read", "scenes", "shares", "table"]
 
 PAGE = ROOT / "docs" / "narrowphase.md"
 
@@ -112,8 +116,36 @@ def corpus() -> Counts:
     return counts
 
 
-counted = {"benchmark scenes": scenes, "hard corpus": corpus}
+COUNTED = {"benchmark scenes": scenes, "hard corpus": corpus}
 """What is counted, by the name of its table on the page."""
+
+ALIKE = {"OPENBLAS_CORETYPE": "Nehalem", "OPENBLAS_NUM_THREADS": "1"}
+"""What every processor runs; BLAS reads it when it is loaded."""
+
+
+def count_apart(name: str) -> Counts:
+    """Count in a process of its own, whose BLAS rounds as on any other machine."""
+    path = os.pathsep.join([str(ROOT), str(ROOT / "test")])
+    done = subprocess.run(
+        [sys.executable, __file__, "--count", name],
+        env={**os.environ, **ALIKE, "PYTHONPATH": path},
+        stdout=subprocess.PIPE,
+        text=True,
+        check=True,
+    )
+    rows = json.loads(done.stdout)
+    return {
+        (first, second): Counter({Mechanism[word]: n for word, n in row.items()})
+        for first, second, row in rows
+    }
+
+
+def _print_count(name: str) -> None:
+    rows = [
+        (*pair, {mechanism.name: n for mechanism, n in row.items()})
+        for pair, row in COUNTED[name]().items()
+    ]
+    print(json.dumps(rows))
 
 
 def shares(counts: Counts) -> dict[Pair, dict[str, float]]:
@@ -152,10 +184,13 @@ def read(name: str, page: str) -> dict[Pair, dict[str, float]]:
 
 
 def main() -> None:
-    """Write the tables."""
+    """Write the tables, or print a count."""
+    if sys.argv[1:2] == ["--count"]:
+        _print_count(sys.argv[2])
+        return
     page = PAGE.read_text()
-    for name, count in counted.items():
-        text = f"<!-- {name} -->\n\n" + "\n".join(table(count())) + "\n\n<!-- end -->"
+    for name in COUNTED:
+        text = f"<!-- {name} -->\n\n" + "\n".join(table(count_apart(name))) + "\n\n<!-- end -->"
         page, places = re.subn(rf"<!-- {name} -->.*?<!-- end -->", text, page, flags=re.DOTALL)
         assert places == 1, f"docs/narrowphase.md has {places} places for the table '{name}'"
     PAGE.write_text(page)

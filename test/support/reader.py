@@ -139,8 +139,8 @@ def _more_of(command: str) -> str:
     """Return the arguments that a command gets beside those on the page."""
     more = ""
     if "-m scene_graph_ros.node" in command:
-        # On a busy machine a robot may not be heard of for seconds.
-        more += " -p max_pose_age:=60.0"
+        # On a busy machine a robot may not be heard of for seconds, and an end takes as long.
+        more += " -p max_pose_age:=60.0 -p shutdown_timeout:=20.0"
     if "browser:=" in command:
         # The page is served at a port of its own: another test may have the usual one.
         more += " -p browser_port:=0"
