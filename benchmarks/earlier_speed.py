@@ -1,11 +1,11 @@
 """Compare the speed of queries with an earlier version of this package, in turns.
 
-    python -m benchmarks.earlier_speed --before 8a3c575 [--turns 5] [--seconds 1] [--rows ROW ...]
+    python -m benchmarks.earlier_speed --before 8a3c575 [--turns 5] [--sizes 100 1000 --scenes ...]
 
-Both run the scenes and rows of ``python -m benchmarks``, one after the other, and in the other
-order the next time. A row's time is the least first decile of all turns, as other work on the
-machine only makes times longer. The earlier version's kernels are compiled first, which takes
-minutes.
+Both run the scenes and rows of ``python -m benchmarks``, whose other options are taken, too, one
+after the other, and in the other order the next time. A row's time is the least first decile of
+all turns, as other work on the machine only makes times longer. The earlier version's kernels are
+compiled first, which takes minutes.
 """
 
 from __future__ import annotations
@@ -37,10 +37,10 @@ Times = dict[Key, float]
 """Milliseconds."""
 
 
-def _measured(sources: Path, rows: list[str], seconds: float) -> Times:
+def _measured(sources: Path, arguments: list[str]) -> Times:
     """Return the times of ours over the package in a folder, which has our benchmarks."""
     with tempfile.TemporaryDirectory() as out:
-        command = ["-m", "benchmarks", "--out", out, "--seconds", str(seconds), "--rows", *rows]
+        command = ["-m", "benchmarks", "--rows", *_KEYS, *arguments, "--out", out]
         subprocess.run(
             [sys.executable, *command],
             cwd=sources,
@@ -79,10 +79,7 @@ def main() -> None:
     )
     parser.add_argument("--before", required=True, metavar="COMMIT", help="an earlier version")
     parser.add_argument("--turns", type=int, default=5)
-    parser.add_argument("--seconds", type=float, default=1.0, help="for each row and scene")
-    parser.add_argument("--rows", nargs="+", choices=_KEYS, default=_KEYS, metavar="ROW",
-                        help=", ".join(_KEYS))  # fmt: skip
-    options = parser.parse_args()
+    options, others = parser.parse_known_args()
     load = os.getloadavg()[0]
     with sources_of(options.before) as earlier, tempfile.TemporaryDirectory() as folder:
         shutil.copytree(ROOT / "scene_graph_ros", Path(folder, "scene_graph_ros"))
@@ -92,9 +89,9 @@ def main() -> None:
             shutil.copytree(ROOT / "benchmarks", each / "benchmarks")
         for turn in tqdm(range(options.turns + 1), unit="turn", disable=None):
             # The first turn compiles and loads: it does not count.
-            seconds = options.seconds if turn else 0.01
+            arguments = others if turn else [*others, "--seconds", "0.01"]
             for k in range(2)[:: 1 if turn % 2 else -1]:
-                for key, ms in _measured(sources[k], options.rows, seconds).items():
+                for key, ms in _measured(sources[k], arguments).items():
                     if turn:
                         least[k][key] = min(ms, least[k].get(key, ms))
     print(f"{machine(load)}\n{table(*least)}")

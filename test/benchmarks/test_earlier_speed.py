@@ -17,9 +17,9 @@ def turns(monkeypatch, tmp_path):
     times = {"now": iter([0.1, 3.0, 2.0]), "before": iter([0.1, 4.0, 5.0])}
     asked = []
 
-    def measured(sources, rows, seconds):
+    def measured(sources, arguments):
         which = "before" if sources == earlier else "now"
-        asked.append((which, seconds))
+        asked.append((which, arguments))
         slow, fast = ("mixed", 10, "point"), ("robot", 51, "collides")
         ms = next(times[which])
         return {slow: ms, fast: 1.0 if which == "now" else 4.0}
@@ -30,11 +30,11 @@ def turns(monkeypatch, tmp_path):
 
 def test_versions_take_turns_and_the_least_counts(turns, monkeypatch, capsys):
     """The warm-up, however quick, does not; what became slowest comes first."""
-    words = ["earlier_speed", "--before", "abc", "--turns", "2", "--seconds", "0.5"]
+    words = ["earlier_speed", "--before", "abc", "--turns", "2", "--sizes", "10"]
     monkeypatch.setattr("sys.argv", words)
     earlier_speed.main()
     assert [which for which, _ in turns] == ["before", "now", "now", "before", "before", "now"]
-    assert [seconds for _, seconds in turns[2:]] == [0.5] * 4
+    assert [arguments for _, arguments in turns[2:]] == [["--sizes", "10"]] * 4
     rows = [line for line in capsys.readouterr().out.splitlines() if line.startswith("| ")][2:]
     assert rows == [
         "| mixed | 10 | point | 4 | 2 | 0.500 |",
