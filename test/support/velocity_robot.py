@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-import time
 from typing import Any
 
 import numpy as np
@@ -28,18 +27,12 @@ class VelocityRobot:
         self.passed = [self.q.copy()]
         """Where it has been."""
         self.commands: list[np.ndarray] = []
-        self._arrivals: list[float] = []
         self.is_silent = False
         self._publisher = client.publisher(JointState, "/joint_states")
         self._subscription = client.node.create_subscription(
             Float64MultiArray, topic, self._take, 100
         )
         self._timer = client.node.create_timer(_TOLD_PERIOD, self._tell)
-
-    def lateness(self, commands: float) -> float:
-        """Return by how many seconds, at the most, one of the last commands came late."""
-        gaps = np.diff(self._arrivals[-int(commands) :])
-        return max(0.0, gaps.max(initial=0.0) - self._period)
 
     def close(self) -> None:
         """End."""
@@ -50,7 +43,6 @@ class VelocityRobot:
     def _take(self, message: Any) -> None:
         velocity = np.array(message.data)
         with self._lock:
-            self._arrivals.append(time.monotonic())
             self.q = self.q.copy()
             self.q[self._moving] += self._period * velocity
             self.passed.append(self.q)
