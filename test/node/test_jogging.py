@@ -54,9 +54,10 @@ def status(client, node):
 @pytest.fixture
 def robot(client, node, status):
     """The robot, where it starts."""
-    robot = VelocityRobot(client, TOPICS[0], NAMES, START, slice(0, 7), 1.0 / RATE)
+    robot = VelocityRobot(client, NAMES, START, slice(0, 7), 1.0 / RATE)
     yield robot
-    wait_until(lambda: not robot.commands or not robot.commands[-1].any(), "rest")
+    wait_until(lambda: status.newest is None or status.newest.state == JogStatus.IDLE, "idleness")
+    wait_until(lambda: robot.is_at_rest, "rest, by both topics")
     robot.close()
 
 
@@ -142,7 +143,6 @@ def test_a_hand_that_is_pushed_into_the_table_stays_above_it(robot, twists, stat
         "the hand above the table",
     )
     assert lowest > 20
-    # Between what the node takes the robot to do and this one's steps is a part of a period.
     least = min(clearance(q) for q in robot.passed)
     assert KEEP - 0.002 <= least < KEEP + 0.01
     changes = np.abs(np.diff(robot.commands, axis=0))

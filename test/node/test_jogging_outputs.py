@@ -10,11 +10,15 @@ from sensor_msgs.msg import JointState, MultiDOFJointState
 from trajectory_msgs.msg import JointTrajectory
 from workspace_messages import message_class, WORKSPACE_VARIABLES
 
+from msg_adapters.stamps import stamp_from_msg, stamp_to_msg
 from scene_graph_msgs.msg import JogStatus
 
 ARM = [f"panda_joint{k}" for k in range(1, 8)]
 START = [0.0, -0.4, 0.0, -2.0, 0.0, 1.6, 0.8, 0.02]
-RATE, PERIOD = 100.0, 0.01
+PERIOD = 0.01
+DELAY = 300_000_000
+"""How old (ns) the positions are that the robot tells: it has heard all points of that time."""
+
 PARAMETERS = {
     "scene": "config/scenes/panda_cell.yaml",
     "jog": "panda/arm",
@@ -29,12 +33,13 @@ PARAMETERS = {
 
 
 class PositionRobot:
-    """Goes where the newest point says; and a ball that is heard, unless it is silent."""
+    """Is where points say at their times; and a ball that is heard, unless it is silent."""
 
     def __init__(self, client):
         """Tell where both are, every ten milliseconds."""
-        self._client, self.q, self.is_silent = client, np.array(START), True
+        self._client, self.is_silent = client, True
         self.points = []
+        self._times, self._passed = [0], [START]
         self._states = client.publisher(JointState, "/joint_states")
         self._poses = client.publisher(MultiDOFJointState, "/objects/poses")
         self._subscription = client.node.create_subscription(
@@ -51,19 +56,29 @@ class PositionRobot:
     def _take(self, message):
         self.points.append(message)
         (point,) = message.points
-        if len(point.positions):
-            self.q[:7] = point.positions
+        if not len(point.positions):
+            return
+        begin = stamp_from_msg(message.header.stamp)
+        if begin > self._times[-1]:
+            # It has waited there until then.
+            self._times.append(begin)
+            self._passed.append(self._passed[-1])
+        self._times.append(begin + point.time_from_start.nanosec)
+        self._passed.append([*point.positions, START[7]])
 
     def _tell(self):
-        state = JointState(name=[*ARM, "panda_finger_joint1"], position=self.q.tolist())
-        state.header.stamp = self._client.now()
+        stamp = stamp_from_msg(self._client.now()) - DELAY
+        times = np.array(self._times) - stamp
+        q = [float(np.interp(0.0, times, passed)) for passed in zip(*self._passed, strict=True)]
+        state = JointState(name=[*ARM, "panda_finger_joint1"], position=q)
+        state.header.stamp = stamp_to_msg(stamp)
         self._states.publish(state)
         if self.is_silent:
             return
         ball = Transform()
         ball.translation.x, ball.translation.y, ball.translation.z = 0.62, 0.32, 0.53
         poses = MultiDOFJointState(joint_names=["ball"], transforms=[ball])
-        poses.header.stamp, poses.header.frame_id = state.header.stamp, "world"
+        poses.header.stamp, poses.header.frame_id = self._client.now(), "world"
         self._poses.publish(poses)
 
 
