@@ -69,11 +69,11 @@ class Lender:
         self._loans: list[Loan] = []
         self._lock = threading.RLock()
 
-    def take(self, begin: Callable[[NDArray[np.float64]], object]) -> NDArray[np.float64]:
+    def take(self, begin: Callable[..., object], *given: object) -> NDArray[np.float64]:
         """Return an array as its last borrower left it, or a new one, to which ``begin`` writes.
 
-        A new one is lent again only if ``begin`` has ended: an interruption leaves none behind
-        in which there is nothing yet.
+        It gets the array and what is ``given``. A new one is lent again only if ``begin`` has
+        ended: an interruption leaves none behind in which there is nothing yet.
         """
         with self._lock:
             for loan in self._loans:
@@ -81,7 +81,7 @@ class Lender:
                     return loan.lend()
             loan = Loan(Block(self._shape))
             result = loan.lend()
-            begin(result)
+            begin(result, *given)
             self._loans = [*self._loans[1 - _KEPT :], loan]
             return result
 

@@ -18,7 +18,7 @@ context = graph.create_default_context()
 query = graph.query_object(context)
 assert len(query.compute_point_pair_penetration()) == 1
 context.set_configurations(source, {})
-assert context._moment.configurations is NO_CONFIGURATIONS
+assert context._moment[0].configurations is NO_CONFIGURATIONS
 assert query.inspector().num_deformable_geometries() == 0
 core = "scene_graph_ros.geometry."
 late = {core + "deformable", core + "model.driven_mesh", "meshio"}

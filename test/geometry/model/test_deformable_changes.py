@@ -112,7 +112,7 @@ def test_forgotten_configurations_are_let_go(world, pad):
         context.set_configurations(world.arm, {soft: q_WG})
         world.scene_graph.remove_geometry(world.arm, soft, context=context)
     context.set_configurations(world.arm, {pad: q_WG})
-    assert list(context._moment.configurations) == [pad]
+    assert list(context._moment[0].configurations) == [pad]
 
 
 def test_clone_of_an_instance(world, pad):

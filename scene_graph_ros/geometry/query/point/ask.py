@@ -174,11 +174,12 @@ class AnswerMemory:
     __slots__ = ("_lender",)
 
     def __init__(self) -> None:
-        # What is smaller than ``LARGE`` comes from the heap, which is not cleared each time.
         self._lender = RoomLender(new_answers, LARGE, _MOST)
 
     def take(self, count: int) -> Answers:
         """Return flat columns for ``count`` answers, of memory that nobody looks at."""
+        if count < LARGE:
+            return new_answers(count)  # of the heap, which is not cleared each time
         phi, p_GN, grad_W, unique = self._lender.take(count)
         return phi[:count], p_GN[: 3 * count], grad_W[: 3 * count], unique[:count]
 
