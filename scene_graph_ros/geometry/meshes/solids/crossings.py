@@ -9,13 +9,10 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.bvh import build_bvh, traversal_stack
+from scene_graph_ros.geometry.meshes.kernel_arrays import for_kernels
 from scene_graph_ros.geometry.meshes.solids.overlaps import boxes_meet
-from scene_graph_ros.geometry.meshes.solids.press import (
-    gap_between,
-    SHARED,
-    TOUCHING,
-    unit_normals,
-)
+from scene_graph_ros.geometry.meshes.solids.press import gap_between, SHARED, TOUCHING
+from scene_graph_ros.geometry.meshes.solids.triangle_normals import unit_normals
 from scene_graph_ros.geometry.meshes.triangle_boxes import triangle_boxes
 from scene_graph_ros.geometry.spatial.vectors import axpy, cross, dot, load_vector, norm, subtract
 
@@ -242,6 +239,6 @@ def first_crossing(
     lower, upper = boxes
     tree = build_bvh(lower, upper) if tree is None else tree
     size = float((upper.max(axis=0) - lower.min(axis=0)).max())
-    at, rows = np.array(vertices, order="C"), np.array(triangles, order="C")
-    found, point = _first(at, rows, unit_normals(at[rows]), lower, upper, tree, size)
+    at, rows = for_kernels(vertices), for_kernels(triangles)
+    found, point = _first(at, rows, unit_normals(at, rows), lower, upper, tree, size)
     return np.asarray(point) if found else None
