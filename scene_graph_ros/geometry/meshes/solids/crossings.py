@@ -159,28 +159,29 @@ def _pass_through(vertices, triangles, t, s, slack):
 
 
 @lean_kernel
-def _cross(vertices, triangles, normals, t, s, size):
+def _cross(vertices, triangles, normals, t, s, size, shared):
     """Return (crosses, x) of two triangles; those with an edge in common can only fold."""
     flat, thin, slack = TOUCHING * size, _FLAT * size, _DEEP * size
     folded = gap_between(vertices, triangles, normals, t, s, -flat, flat, _WEDGE * size) >= -flat
     if not folded:
-        gap = gap_between(vertices, triangles, normals, t, s, -thin, thin, SHARED * size)
+        gap = gap_between(vertices, triangles, normals, t, s, -thin, thin, shared * size)
         folded = gap >= -thin
     if folded:
         return True, load_vector(vertices, triangles[s, 0])
-    shared = 0
+    corners = 0
     for k in range(3):
         for m in range(3):
-            shared += triangles[t, k] == triangles[s, m]
-    if shared > 1:
+            corners += triangles[t, k] == triangles[s, m]
+    if corners > 1:
         return False, (0.0, 0.0, 0.0)
     return _pass_through(vertices, triangles, t, s, slack)
 
 
 @inlined_kernel
-def _leaves_cross(vertices, triangles, normals, blocks, place, tree, i, j, size, deep):
+def _leaves_cross(vertices, triangles, normals, blocks, place, tree, i, j, scales):
     """Return (crosses, x) of the triangles of two leaves, or of one with itself."""
     _, _, left, right, order = tree
+    size, shared, deep = scales
     block = load_block(blocks, place[j])
     for one in range(right[i]):
         bits = left_of_block(blocks, place[i], one, block, deep)
@@ -188,7 +189,7 @@ def _leaves_cross(vertices, triangles, normals, blocks, place, tree, i, j, size,
             bits &= -2 << one
         while bits != 0:
             t, s = order[one - 1 - left[i]], order[lowest_bit(bits) - 1 - left[j]]
-            crosses, x = _cross(vertices, triangles, normals, t, s, size)
+            crosses, x = _cross(vertices, triangles, normals, t, s, size, shared)
             if crosses:
                 return True, x
             bits &= bits - 1
@@ -196,10 +197,11 @@ def _leaves_cross(vertices, triangles, normals, blocks, place, tree, i, j, size,
 
 
 @kernel
-def _first(vertices, triangles, normals, tree, size, deep):
+def _first(vertices, triangles, normals, tree, scales):
     """Return (found, point) of the first two triangles, in the order of a walk, that cross.
 
-    ``deep`` is by how much such a triangle reaches across the other's plane, but for rounding.
+    ``scales`` are the size, how wide a fold is relative to it, and by how much a triangle that
+    crosses another one reaches across the other's plane, but for rounding.
     """
     node_lower, node_upper, left, right, _ = tree
     blocks, place = triangle_blocks(vertices, triangles, normals, tree)
@@ -216,7 +218,7 @@ def _first(vertices, triangles, normals, tree, size, deep):
                 continue
             if left[i] < 0 and left[j] < 0:
                 crosses, x = _leaves_cross(
-                    vertices, triangles, normals, blocks, place, tree, i, j, size, deep
+                    vertices, triangles, normals, blocks, place, tree, i, j, scales
                 )
                 if crosses:
                     point[0], point[1], point[2] = x
@@ -236,6 +238,7 @@ def first_crossing(
     vertices: NDArray[np.float64],
     triangles: NDArray[np.int64],
     tree: tuple[Any, ...] | None = None,
+    shared: float = SHARED,
 ) -> NDArray[np.float64] | None:
     """Return a point (3,) where a triangle passes through another one, or lies on it, or None.
 
@@ -246,6 +249,7 @@ def first_crossing(
         vertices: (v, 3).
         triangles: (m, 3).
         tree: the hierarchy of their boxes, where it is known.
+        shared: relative to the size; triangles that overlap by less share an edge at most.
 
     """
     if not len(triangles):
@@ -256,5 +260,5 @@ def first_crossing(
     size = float((high - low).max())
     deep = _REACH * size - _ROUNDING * float(max(high.max(), -low.min()))
     at, rows = for_kernels(vertices), for_kernels(triangles)
-    found, point = _first(at, rows, unit_normals(at, rows), tree, size, deep)
+    found, point = _first(at, rows, unit_normals(at, rows), tree, (size, shared, deep))
     return np.asarray(point) if found else None

@@ -48,6 +48,11 @@ __all__ = ["United", "unite"]
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+_NARROW = 1e-11
+"""Relative to the size: a union's folds are told from slivers that are left out of its surface
+(``surfaces``). Where one is narrower than bodies are near, the sides of points that are nearest to
+it are those of either sheet."""
+
 LEAST_PART = 1e-12
 """Relative to the whole: a part of this size, in length, is dropped."""
 
@@ -268,6 +273,6 @@ def _by_library(found: PressedParts, members: list[Part]) -> Piece | None:
     try:
         tree = build_bvh(*triangle_boxes(*piece[:2])) if len(piece.triangles) else None
         hold_to_winding((points, found.oriented), piece[:2], (found.pressed.tree, tree))
-        return _cut_at(piece, first_crossing(*piece[:2], tree))
+        return _cut_at(piece, first_crossing(*piece[:2], tree, _NARROW))
     except NotUnitedError:
         return None
