@@ -4,6 +4,7 @@ import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import kernel
 from scene_graph_ros.geometry.compiled.stack_arrays import stack_array
+from scene_graph_ros.geometry.spatial.vectors import load_vector, store_vector
 
 __all__ = ["LEAF_TRIANGLES", "MAX_DEPTH", "STACK_SIZE", "build_bvh", "traversal_stack"]
 
@@ -22,18 +23,19 @@ traversal_stack = stack_array((STACK_SIZE,), np.int64)
 
 @kernel
 def _select(order, keys, first, last, middle):
-    """Move the smallest keys of order[first:last] before ``middle`` (Hoare's quickselect)."""
+    """Move the smallest keys[first:last], and order's, before ``middle`` (Hoare's quickselect)."""
     low, high = first, last - 1
     while low < high:
-        pivot = keys[order[(low + high) // 2]]
+        pivot = keys[(low + high) // 2]
         i, j = low, high
         while i <= j:
-            while keys[order[i]] < pivot:
+            while keys[i] < pivot:
                 i += 1
-            while keys[order[j]] > pivot:
+            while keys[j] > pivot:
                 j -= 1
             if i <= j:
                 order[i], order[j] = order[j], order[i]
+                keys[i], keys[j] = keys[j], keys[i]
                 i += 1
                 j -= 1
         if middle <= j:
@@ -45,15 +47,15 @@ def _select(order, keys, first, last, middle):
 
 
 @kernel
-def _enclose(order, first, last, lower, upper, out_lower, out_upper):
-    """Write the box around the boxes order[first:last]."""
-    for axis in range(3):
-        low, high = np.inf, -np.inf
-        for k in range(first, last):
-            low = min(low, lower[order[k], axis])
-            high = max(high, upper[order[k], axis])
-        out_lower[axis] = low
-        out_upper[axis] = high
+def _enclose(order, first, last, lower, upper, node_lower, node_upper, node):
+    """Write the box around the boxes order[first:last] to a node."""
+    low, high = load_vector(lower, order[first]), load_vector(upper, order[first])
+    for slot in range(first + 1, last):
+        k = order[slot]
+        low = min(low[0], lower[k, 0]), min(low[1], lower[k, 1]), min(low[2], lower[k, 2])
+        high = max(high[0], upper[k, 0]), max(high[1], upper[k, 1]), max(high[2], upper[k, 2])
+    store_vector(node_lower, node, low)
+    store_vector(node_upper, node, high)
 
 
 @kernel
@@ -102,14 +104,14 @@ def build_bvh(lower, upper):
     while depth > 0:
         depth -= 1
         node, first, last = stack[depth, 0], stack[depth, 1], stack[depth, 2]
-        _enclose(order, first, last, lower, upper, node_lower[node], node_upper[node])
+        _enclose(order, first, last, lower, upper, node_lower, node_upper, node)
         if last - first <= LEAF_TRIANGLES:
             left[node] = -1 - first
             right[node] = last - first
             continue
         axis = _longest_axis(node_lower, node_upper, node)
         for k in range(first, last):
-            centre[order[k]] = lower[order[k], axis] + upper[order[k], axis]
+            centre[k] = lower[order[k], axis] + upper[order[k], axis]
         middle = (first + last) // 2
         _select(order, centre, first, last, middle)
         left[node], right[node] = count, count + 1

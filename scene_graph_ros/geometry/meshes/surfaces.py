@@ -48,7 +48,6 @@ _NEEDLE = 1e-3
 _MOST_NEEDLES = 64
 """How many may lie beside each other: as many T vertices as can be on an edge."""
 
-Boxes = tuple[np.ndarray, np.ndarray]
 Tree = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
@@ -111,12 +110,12 @@ def build_surface(
 
     solid = one_closed_part(vertices, triangles)
     if solid is not None:
-        surface, boxes = _surface_of(solid, name)
-        if _crossing(surface, boxes) is None and _winds_once(surface):
+        surface = _surface_of(solid, name)
+        if _crossing(surface) is None and _winds_once(surface):
             return surface
     solid = solid_of(vertices, triangles, repair_tolerance)
-    surface, boxes = _surface_of(solid, name)
-    where = _crossing(surface, boxes)
+    surface = _surface_of(solid, name)
+    where = _crossing(surface)
     if where is None or surface.report.reason:
         return surface
     place = ", ".join(f"{x:.6g}" for x in where)
@@ -124,12 +123,12 @@ def build_surface(
     return surface._replace(report=replace(surface.report, reason=reason, is_closed=False))
 
 
-def _crossing(surface: Surface, boxes: Boxes) -> np.ndarray | None:
+def _crossing(surface: Surface) -> np.ndarray | None:
     """Return a point where the boundary of the solid crosses itself, or None."""
     from scene_graph_ros.geometry.meshes.solids.crossings import first_crossing
 
     if surface.is_closed:
-        return first_crossing(surface.vertices, surface.triangles, boxes, surface.tree)
+        return first_crossing(surface.vertices, surface.triangles, surface.tree)
     return first_crossing(surface.vertices, surface.triangles[surface.is_solid])
 
 
@@ -143,8 +142,8 @@ def _winds_once(surface: Surface) -> bool:
     return not len(triangles) or wound_otherwise(surface.vertices, triangles) is None
 
 
-def _surface_of(solid: Solid, name: str) -> tuple[Surface, Boxes]:
-    """Return the surface with its normals and its tree, and the boxes of its triangles."""
+def _surface_of(solid: Solid, name: str) -> Surface:
+    """Return the surface with its normals and its tree."""
     vertices, triangles = solid.vertices, solid.triangles
     crosses = _crosses(vertices, triangles)
     doubled_area = np.linalg.norm(crosses, axis=1)
@@ -162,9 +161,8 @@ def _surface_of(solid: Solid, name: str) -> tuple[Surface, Boxes]:
     at_edges = _edge_pseudonormals(vertices, triangles, normals, has_area, edges)
     triangles = np.ascontiguousarray(triangles[has_area])
     part, solid_parts = _parts_left(solid.part, has_area, solid.solid_parts)
-    boxes = triangle_boxes(vertices, triangles)
-    lower, upper, left, right, order = build_bvh(*boxes)
-    surface = Surface(
+    lower, upper, left, right, order = build_bvh(*triangle_boxes(vertices, triangles))
+    return Surface(
         vertices=vertices,
         triangles=triangles,
         normals=normals[has_area],
@@ -180,7 +178,6 @@ def _surface_of(solid: Solid, name: str) -> tuple[Surface, Boxes]:
         report=solid.report,
         open_edges=solid.open_edges,
     )
-    return surface, boxes
 
 
 def _parts_left(

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.meshes.distinct_rows import used_indices
-from scene_graph_ros.geometry.meshes.solids.press import moved, unit_normals
+from scene_graph_ros.geometry.meshes.solids.press import moved
+from scene_graph_ros.geometry.meshes.solids.triangle_normals import unit_normals
 from scene_graph_ros.geometry.meshes.solids.winding import winding_numbers
 
 __all__ = ["Cavities", "Part", "cavities_among", "may_have_cavities"]
@@ -130,7 +131,9 @@ def _shrunk(vertices: FloatArray, part: Part, step: float) -> _Shrunk:
     area = 0.5 * float(np.linalg.norm(across, axis=1).sum())
     step = min(step, _THIN * part.volume / area)
     steps = np.full(len(triangles), -step)
-    return _Shrunk(moved(points, triangles, unit_normals(corners), steps), triangles, step * area)
+    return _Shrunk(
+        moved(points, triangles, unit_normals(points, triangles), steps), triangles, step * area
+    )
 
 
 def _has_middle_inside(own: _Shrunk, vertices: FloatArray, other: Part) -> bool:

@@ -7,15 +7,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.lanes import lowest_bit
 from scene_graph_ros.geometry.meshes.bvh import build_bvh, traversal_stack
+from scene_graph_ros.geometry.meshes.kernel_arrays import for_kernels
 from scene_graph_ros.geometry.meshes.solids.overlaps import boxes_meet
-from scene_graph_ros.geometry.meshes.solids.press import (
-    gap_between,
-    SHARED,
-    TOUCHING,
-    unit_normals,
+from scene_graph_ros.geometry.meshes.solids.press import gap_between, SHARED, TOUCHING
+from scene_graph_ros.geometry.meshes.solids.triangle_blocks import (
+    left_of_block,
+    load_block,
+    triangle_blocks,
 )
+from scene_graph_ros.geometry.meshes.solids.triangle_normals import unit_normals
 from scene_graph_ros.geometry.meshes.triangle_boxes import triangle_boxes
 from scene_graph_ros.geometry.spatial.vectors import axpy, cross, dot, load_vector, norm, subtract
 
@@ -24,9 +27,15 @@ __all__ = ["first_crossing"]
 _DEEP = 1e-9
 """Relative to the size: an edge that passes through a triangle by less only touches it."""
 
+_REACH = 0.9 * _DEEP
+"""Relative to the size: triangles that reach across each other's planes by less do not cross."""
+
 _WEDGE = 1e-6
 """Relative to the size: planes of single precision meet in wedges of 1e-7 radians, whose ends are
 thinner than TOUCHING for half as much. Triangles that lie on each other for more are a fold."""
+
+_ROUNDING = 1e-14
+"""Relative to the largest coordinate: more than that of a point's height above a plane."""
 
 _FLAT = 5e-15
 """Relative to the size: in the end of a wedge, what is thicker has two sides that are known."""
@@ -150,44 +159,52 @@ def _pass_through(vertices, triangles, t, s, slack):
 
 
 @lean_kernel
-def _cross(vertices, triangles, normals, t, s, size):
+def _cross(vertices, triangles, normals, t, s, size, shared):
     """Return (crosses, x) of two triangles; those with an edge in common can only fold."""
     flat, thin, slack = TOUCHING * size, _FLAT * size, _DEEP * size
     folded = gap_between(vertices, triangles, normals, t, s, -flat, flat, _WEDGE * size) >= -flat
     if not folded:
-        gap = gap_between(vertices, triangles, normals, t, s, -thin, thin, SHARED * size)
+        gap = gap_between(vertices, triangles, normals, t, s, -thin, thin, shared * size)
         folded = gap >= -thin
     if folded:
         return True, load_vector(vertices, triangles[s, 0])
-    shared = 0
+    corners = 0
     for k in range(3):
         for m in range(3):
-            shared += triangles[t, k] == triangles[s, m]
-    if shared > 1:
+            corners += triangles[t, k] == triangles[s, m]
+    if corners > 1:
         return False, (0.0, 0.0, 0.0)
     return _pass_through(vertices, triangles, t, s, slack)
 
 
-@lean_kernel
-def _leaves_cross(vertices, triangles, normals, lower, upper, tree, i, j, size):
+@inlined_kernel
+def _leaves_cross(vertices, triangles, normals, blocks, place, tree, i, j, scales):
     """Return (crosses, x) of the triangles of two leaves, or of one with itself."""
     _, _, left, right, order = tree
-    for one in range(-1 - left[i], -1 - left[i] + right[i]):
-        for other in range(-1 - left[j], -1 - left[j] + right[j]):
-            if i == j and other <= one:
-                continue
-            if boxes_meet(order[one], order[other], lower, upper):
-                t, s = order[one], order[other]
-                crosses, x = _cross(vertices, triangles, normals, t, s, size)
-                if crosses:
-                    return True, x
+    size, shared, deep = scales
+    block = load_block(blocks, place[j])
+    for one in range(right[i]):
+        bits = left_of_block(blocks, place[i], one, block, deep)
+        if i == j:
+            bits &= -2 << one
+        while bits != 0:
+            t, s = order[one - 1 - left[i]], order[lowest_bit(bits) - 1 - left[j]]
+            crosses, x = _cross(vertices, triangles, normals, t, s, size, shared)
+            if crosses:
+                return True, x
+            bits &= bits - 1
     return False, (0.0, 0.0, 0.0)
 
 
 @kernel
-def _first(vertices, triangles, normals, lower, upper, tree, size):
-    """Return (found, point) of the first two triangles, in the order of a walk, that cross."""
+def _first(vertices, triangles, normals, tree, scales):
+    """Return (found, point) of the first two triangles, in the order of a walk, that cross.
+
+    ``scales`` are the size, how wide a fold is relative to it, and by how much a triangle that
+    crosses another one reaches across the other's plane, but for rounding.
+    """
     node_lower, node_upper, left, right, _ = tree
+    blocks, place = triangle_blocks(vertices, triangles, normals, tree)
     ones, others = traversal_stack(), traversal_stack()
     point = np.zeros(3)
     for node in range(len(left)):
@@ -201,7 +218,7 @@ def _first(vertices, triangles, normals, lower, upper, tree, size):
                 continue
             if left[i] < 0 and left[j] < 0:
                 crosses, x = _leaves_cross(
-                    vertices, triangles, normals, lower, upper, tree, i, j, size
+                    vertices, triangles, normals, blocks, place, tree, i, j, scales
                 )
                 if crosses:
                     point[0], point[1], point[2] = x
@@ -220,8 +237,8 @@ def _first(vertices, triangles, normals, lower, upper, tree, size):
 def first_crossing(
     vertices: NDArray[np.float64],
     triangles: NDArray[np.int64],
-    boxes: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
     tree: tuple[Any, ...] | None = None,
+    shared: float = SHARED,
 ) -> NDArray[np.float64] | None:
     """Return a point (3,) where a triangle passes through another one, or lies on it, or None.
 
@@ -231,17 +248,17 @@ def first_crossing(
     Args:
         vertices: (v, 3).
         triangles: (m, 3).
-        boxes: the lower and upper corners (m, 3) of the triangles, where they are known.
-        tree: the hierarchy of these.
+        tree: the hierarchy of their boxes, where it is known.
+        shared: relative to the size; triangles that overlap by less share an edge at most.
 
     """
     if not len(triangles):
         return None
-    if boxes is None:
-        boxes = triangle_boxes(vertices, triangles)
-    lower, upper = boxes
-    tree = build_bvh(lower, upper) if tree is None else tree
-    size = float((upper.max(axis=0) - lower.min(axis=0)).max())
-    at, rows = np.array(vertices, order="C"), np.array(triangles, order="C")
-    found, point = _first(at, rows, unit_normals(at[rows]), lower, upper, tree, size)
+    if tree is None:
+        tree = build_bvh(*triangle_boxes(vertices, triangles))
+    low, high = tree[0][0], tree[1][0]
+    size = float((high - low).max())
+    deep = _REACH * size - _ROUNDING * float(max(high.max(), -low.min()))
+    at, rows = for_kernels(vertices), for_kernels(triangles)
+    found, point = _first(at, rows, unit_normals(at, rows), tree, (size, shared, deep))
     return np.asarray(point) if found else None

@@ -82,9 +82,11 @@ def self_crossing(vertices: FloatArray, triangles: IntArray) -> FloatArray | Non
 
     Or one around which they wind neither once nor not at all, as far as tried.
     """
-    boxes = triangle_boxes(vertices, triangles)
-    tree = build_bvh(*boxes)
-    at = first_crossing(vertices, triangles, boxes, tree)
+    # Among the vertices of many parts it would take as long as those are many.
+    first, last = int(triangles.min()), int(triangles.max())
+    vertices, triangles = vertices[first : last + 1], triangles - first
+    tree = build_bvh(*triangle_boxes(vertices, triangles))
+    at = first_crossing(vertices, triangles, tree)
     return wound_otherwise(vertices, triangles, tree) if at is None else at
 
 
@@ -125,18 +127,20 @@ def used_part(vertices: FloatArray, triangles: IntArray) -> Shell:
     return vertices[used], triangles
 
 
-def hold_to_winding(given: Shell, united: Shell, tree: Tree | None = None) -> None:
+def hold_to_winding(
+    given: Shell, united: Shell, trees: tuple[Tree | None, Tree | None] = (None, None)
+) -> None:
     """Compare a union with its parts at random points, in the box and beside vertices.
 
     It winds once around the points around which they wind once or more, else NotUnitedError is
-    raised. ``tree`` is of the parts' triangles, if it is known.
+    raised. ``trees`` are of the parts' triangles and of the union's, where they are known.
     """
     vertices, oriented = given
     samples = probes(vertices, oriented)
-    wanted = winding_numbers(samples, vertices, oriented, tree=tree) >= 1
+    wanted = winding_numbers(samples, vertices, oriented, tree=trees[0]) >= 1
     found = np.zeros(len(samples), dtype=np.int64)
     if len(united[1]):
-        found = winding_numbers(samples, *united)
+        found = winding_numbers(samples, *united, tree=trees[1])
     # A part that is nested in itself, along edges of four, would leave walls inside of the solid.
     wrong = np.flatnonzero(found != wanted)
     if len(wrong):

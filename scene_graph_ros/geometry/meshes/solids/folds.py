@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.compiled.kernel import kernel
 from scene_graph_ros.geometry.meshes.bvh import build_bvh, traversal_stack
+from scene_graph_ros.geometry.meshes.kernel_arrays import for_kernels
 from scene_graph_ros.geometry.meshes.solids.overlaps import next_leaf
 from scene_graph_ros.geometry.meshes.solids.press import (
     gap_between,
@@ -22,8 +23,8 @@ from scene_graph_ros.geometry.meshes.solids.press import (
     PRESSED,
     SHARED,
     TOUCHING,
-    unit_normals,
 )
+from scene_graph_ros.geometry.meshes.solids.triangle_normals import unit_normals
 from scene_graph_ros.geometry.meshes.solids.winding import winding_numbers
 from scene_graph_ros.geometry.meshes.triangle_boxes import triangle_boxes
 from scene_graph_ros.geometry.spatial.sums import product
@@ -64,10 +65,10 @@ def _folds(vertices, triangles, normals, lower, upper, tree, flat, shared):
 
 
 def _pairs(vertices: FloatArray, triangles: IntArray, size: float) -> IntArray:
-    normals = unit_normals(vertices[triangles])
+    normals = unit_normals(vertices, triangles)
     (lower, upper), flat = triangle_boxes(vertices, triangles), TOUCHING * size
     tree: tuple[Any, ...] = build_bvh(lower - flat, upper + flat)
-    arrays = (np.array(a, order="C") for a in (vertices, triangles, normals, lower, upper))
+    arrays = map(for_kernels, (vertices, triangles, normals, lower, upper))
     return np.asarray(_folds(*arrays, tree, flat, SHARED * size))
 
 
@@ -81,7 +82,7 @@ def unfolded(vertices: FloatArray, triangles: IntArray) -> FloatArray:
     """Return vertices (v, 3) moved where oriented triangles (m, 3) lie on each other."""
     corners = vertices[triangles]
     size = float(np.abs(corners).max())
-    normals = unit_normals(corners)
+    normals = unit_normals(vertices, triangles)
     pairs = _pairs(vertices, triangles, size)
     if not len(pairs):
         return vertices

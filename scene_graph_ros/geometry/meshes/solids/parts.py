@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.meshes.solids.half_edges import Edges, edges_of, mates_of
 from scene_graph_ros.geometry.meshes.solids.pairing import pair_around
 from scene_graph_ros.geometry.meshes.solids.walk import walk_parts
+from scene_graph_ros.geometry.meshes.triangle_boxes import triangle_boxes
 
 __all__ = ["Parts", "are_flat", "find_parts", "joined_parts", "signed_volumes", "size_of"]
 
@@ -85,9 +86,9 @@ def joined_parts(alone: Parts, rest: Parts, shift: int) -> Parts:
 
 def size_of(vertices: FloatArray, triangles: IntArray) -> float:
     """Return the largest extent of triangles (m, 3) along an axis."""
-    is_used = np.zeros(len(vertices), dtype=bool)
-    is_used[triangles] = True
-    return float(np.ptp(vertices[is_used], axis=0).max())
+    lower, upper = triangle_boxes(vertices, triangles)
+    # NumPy takes the smallest of a column much faster than along an axis of three.
+    return max(float(upper[:, k].max() - lower[:, k].min()) for k in range(3))
 
 
 def signed_volumes(

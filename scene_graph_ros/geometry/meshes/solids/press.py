@@ -21,7 +21,9 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.bvh import build_bvh, traversal_stack
+from scene_graph_ros.geometry.meshes.kernel_arrays import for_kernels
 from scene_graph_ros.geometry.meshes.solids.overlaps import boxes_meet
+from scene_graph_ros.geometry.meshes.solids.triangle_normals import unit_normals
 from scene_graph_ros.geometry.meshes.solids.winding import Tree
 from scene_graph_ros.geometry.meshes.triangle_boxes import triangle_boxes
 from scene_graph_ros.geometry.spatial.sums import least_squares
@@ -35,7 +37,6 @@ __all__ = [
     "gap_between",
     "moved",
     "pressed_together",
-    "unit_normals",
 ]
 
 FloatArray = NDArray[np.float64]
@@ -226,18 +227,17 @@ def pressed_together(
     largest gap that is closed, metres. Each part has vertices of its own, and its triangles run
     counter-clockwise seen from outside of the solid.
     """
-    corners = vertices[triangles]
-    size = float(np.abs(corners).max())
-    most = max(tolerance, TOUCHING * size)
     lower, upper = triangle_boxes(vertices, triangles)
+    size = float(max(upper.max(), -lower.min()))
+    most = max(tolerance, TOUCHING * size)
     lower, upper = lower - most, upper + most
     tree: Tree = build_bvh(lower, upper)
-    normals = unit_normals(corners)
+    normals = unit_normals(vertices, triangles)
     by = PRESSED * size
     # What overlaps by as much as pressing leaves needs none.
     least = -2.0 * by
     given = (vertices, triangles, part, cavity_of, normals, lower, upper)
-    arrays = (np.array(a, order="C") for a in given)
+    arrays = map(for_kernels, given)
     gaps, mouths, slits = _gaps(*arrays, tree, least, most, max(SHARED * size, tolerance))
     steps = np.where(gaps >= least, 0.5 * np.maximum(gaps, 0.0) + by, 0.0)
     # A mouth reaches further out than its part's faces are moved.
@@ -278,13 +278,6 @@ def _grown(
         return vertices
     back = np.where(steps[rows] > 0.0, -_BEHIND * by, 0.0)
     return moved(vertices, triangles[rows], normals[rows], back)
-
-
-def unit_normals(corners: FloatArray) -> FloatArray:
-    """Return the normals (m, 3) of triangles (m, 3, 3), 0 of those without area."""
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    length = np.linalg.norm(normals, axis=1)
-    return np.asarray(normals / np.where(length > 0.0, length, 1.0)[:, None])
 
 
 def moved(

@@ -35,7 +35,7 @@ from scene_graph_ros.geometry.meshes.solids.parts import (
 from scene_graph_ros.geometry.meshes.solids.repair import repaired, share_turned, without_copies
 from scene_graph_ros.geometry.meshes.solids.shed import without_membranes
 from scene_graph_ros.geometry.meshes.solids.union import unite, United
-from scene_graph_ros.geometry.meshes.solids.walk import walk_parts
+from scene_graph_ros.geometry.meshes.solids.walk import count_apart, walk_parts
 
 __all__ = ["Solid", "one_closed_part", "solid_of"]
 
@@ -45,6 +45,10 @@ IntArray = NDArray[np.int64]
 
 _TURNED = 0.1
 """Of all edges: as many may not run alike, where the ways of triangles say what is open."""
+
+
+_FACTORS = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], dtype=np.uint64)
+"""Odd, so that each of three coordinates changes a number of 64 bits."""
 
 
 class Solid(NamedTuple):
@@ -90,6 +94,8 @@ def solid_of(vertices: FloatArray, triangles: IntArray, repair_tolerance: float)
 
 
 def _welded(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, IntArray]:
+    if not len(triangles):
+        return vertices[:0], triangles
     distinct = distinct_rows(vertices + 0.0)  # -0.0 and 0.0 are one coordinate
     triangles = _of_three_vertices(distinct.inverse[triangles])
     used, triangles = used_indices(triangles, len(distinct.rows))
@@ -102,11 +108,22 @@ def _of_three_vertices(triangles: IntArray) -> IntArray:
     return triangles[(a != b) & (b != c) & (c != a)]
 
 
+def _are_distinct(vertices: FloatArray) -> bool:
+    """Tell whether (v, 3) vertices surely have unequal coordinates, by a number made of each."""
+    bits = (vertices + 0.0).view(np.uint64)  # -0.0 and 0.0 are one coordinate
+    x, y, z = (bits[:, axis] * factor for axis, factor in enumerate(_FACTORS))
+    numbers = np.sort(x + y + z)
+    return bool((numbers[1:] != numbers[:-1]).all())
+
+
 def one_closed_part(vertices: FloatArray, triangles: IntArray) -> Solid | None:
     """Return the solid of a mesh that is one closed part as it is, else None.
 
     It may cross itself: then its solid is that of ``solid_of``.
     """
+    triangles = _of_three_vertices(triangles)
+    if count_apart(triangles, len(vertices)) > 1 and _are_distinct(vertices):
+        return None
     vertices, triangles = _welded(vertices, triangles)
     edges = edges_of(triangles)
     if len(triangles) < 4 or not (edges.counts == 2).all():

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.meshes.bvh import build_bvh
 from scene_graph_ros.geometry.meshes.distinct_rows import used_indices
 from scene_graph_ros.geometry.meshes.solids.cavities import Part
 from scene_graph_ros.geometry.meshes.solids.crossing_parts import crossing_parts, without_folds
@@ -46,6 +47,11 @@ __all__ = ["United", "unite"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+
+_NARROW = 1e-11
+"""Relative to the size: a union's folds are told from slivers that are left out of its surface
+(``surfaces``). Where one is narrower than bodies are near, the sides of points that are nearest to
+it are those of either sheet."""
 
 LEAST_PART = 1e-12
 """Relative to the whole: a part of this size, in length, is dropped."""
@@ -265,7 +271,8 @@ def _by_library(found: PressedParts, members: list[Part]) -> Piece | None:
     corners = Corners(points, found.of)
     piece = collapsed(*boundary_of(bodies, found.cavity_of, wide, size), corners)
     try:
-        hold_to_winding((points, found.oriented), piece[:2], found.pressed.tree)
-        return _cut_at(piece, first_crossing(*piece[:2]))
+        tree = build_bvh(*triangle_boxes(*piece[:2])) if len(piece.triangles) else None
+        hold_to_winding((points, found.oriented), piece[:2], (found.pressed.tree, tree))
+        return _cut_at(piece, first_crossing(*piece[:2], tree, _NARROW))
     except NotUnitedError:
         return None

@@ -4,7 +4,7 @@ import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import kernel
 
-__all__ = ["walk_parts"]
+__all__ = ["count_apart", "walk_parts"]
 
 
 @kernel
@@ -51,3 +51,28 @@ def walk_parts(mate, start):
                     is_two_sided[count] = False
         count += 1
     return label, turned, is_two_sided[:count].copy()
+
+
+@kernel
+def count_apart(triangles, n):
+    """Return the number of sets of triangles (m, 3) that have none of n vertices in common."""
+    parent = np.arange(n)
+    is_used = np.zeros(n, np.bool_)
+    count = 0
+    for t in range(len(triangles)):
+        for k in range(3):
+            i = triangles[t, k]
+            if not is_used[i]:
+                is_used[i] = True
+                count += 1
+            while parent[i] != i:
+                parent[i] = parent[parent[i]]
+                i = parent[i]
+            if k == 0:
+                root = i
+            elif i != root:
+                # The lower one, so that few steps lead up where a file writes part by part.
+                root, i = min(i, root), max(i, root)
+                parent[i] = root
+                count -= 1
+    return count

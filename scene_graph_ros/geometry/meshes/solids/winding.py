@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.bvh import build_bvh, traversal_stack
+from scene_graph_ros.geometry.meshes.kernel_arrays import for_kernels
 from scene_graph_ros.geometry.meshes.triangle_boxes import triangle_boxes
 from scene_graph_ros.geometry.spatial.vectors import cross, dot, load_vector, norm, subtract
 
@@ -128,17 +129,17 @@ def winding_numbers(
 
     It is 1 inside of one part whose triangles run counter-clockwise seen from outside. With
     ``above`` (n,) each point is in a triangle, and the number is that of its front side. ``times``
-    (m,) says how many triangles each stands for, once by default. ``tree`` is of boxes around the
-    triangles, with some slack.
+    (m,) says how many triangles each stands for, once by default. ``tree`` is of the triangles.
     """
     if tree is None:
-        lower, upper = triangle_boxes(vertices, triangles)
-        slack = _SLACK * float((upper.max(axis=0) - lower.min(axis=0)).max())
-        tree = build_bvh(lower - slack, upper + slack)
+        tree = build_bvh(*triangle_boxes(vertices, triangles))
+    lower, upper, *rest = tree
+    slack = _SLACK * float((upper[0] - lower[0]).max())
+    tree = (lower - slack, upper + slack, *rest)
     rays = np.random.default_rng(1).normal(size=(_TRIES, 3))
     rays = np.sign(rays) * np.maximum(np.abs(rays), 0.1)
     rays /= np.linalg.norm(rays, axis=1)[:, None]
     own = np.full(len(points), -1) if above is None else above
     times = np.ones(len(triangles), dtype=np.int64) if times is None else times
-    arrays = (np.array(a, order="C") for a in (points, own, rays, vertices, triangles, times))
+    arrays = map(for_kernels, (points, own, rays, vertices, triangles, times))
     return np.asarray(_numbers(*arrays, tree))
