@@ -68,7 +68,7 @@ def body_in_cloud(bodies, table, scratch, a, k):
     """Return the arguments of ``any_near`` for a body in configuration k.
 
     That is (rotation in C, its entries' sizes, its box's centre in C and in G, where its planes
-    begin and end, its box's half extents, its row of the shape table).
+    begin and end, its box's half extents, its row of the shape table, what is inside).
     """
     X, lower, upper = scratch.X_CG[a], bodies.lower[a], bodies.upper[a]
     R = (
@@ -91,7 +91,9 @@ def body_in_cloud(bodies, table, scratch, a, k):
     )
     middle = box[0, k], box[1, k], box[2, k]
     first, last = table.plane_starts[a], table.plane_starts[a + 1]
-    return R, M, middle, center, first, last, half, bodies.rows[a]
+    own = table.inner[a]
+    inside = own[0], own[1], own[2], own[3]
+    return R, M, middle, center, first, last, half, bodies.rows[a], inside
 
 
 @inlined_kernel
