@@ -32,6 +32,10 @@ _STACK = 128
 _SURE = 1e4
 """Times what rounding is allowed: how much nearer than asked a ball is that is not measured."""
 
+_FINE = 5e-3
+"""Metres beyond the limit: where less is asked for, planes that do not separate are not taken for
+nearness. They tell less than the distance at a hull's edges, which halving would not change."""
+
 _IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 
 _nodes = stack_array((_STACK, 2), np.int64)
@@ -236,7 +240,7 @@ def any_near(held, tree, body, where, need, limit, decides, guesses, a):
         while bits != 0:
             i = lowest_bit(bits)
             bits &= bits - 1
-            is_told = not decides and last > first
+            is_told = not decides and last > first and need - limit > _FINE
             radius = tree.radii[node, i] if has_radii else tree.radius[1]
             if is_told or _is_nearer(held, tree, node, i, radius, most, j, where, a):
                 guesses[a, 1] = node
