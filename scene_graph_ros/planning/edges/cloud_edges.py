@@ -13,17 +13,19 @@ from typing import NamedTuple
 import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.lanes import load_lanes
 from scene_graph_ros.geometry.query.elements.element_places import tree_of
 from scene_graph_ros.planning.edges.curve_kernels import point_on
 from scene_graph_ros.planning.edges.edge_stretches import COLLIDES, FREE, UNDECIDED
 from scene_graph_ros.planning.edges.motion_kernels import margin_of, Motions, set_body_motions
 from scene_graph_ros.planning.pairs.bodies import place_bodies, Places
 from scene_graph_ros.planning.pairs.check_kernels import NO_PAIR
-from scene_graph_ros.planning.pairs.cloud_grid import may_be_near
+from scene_graph_ros.planning.pairs.cloud_grid import lanes_near, may_be_near
 from scene_graph_ros.planning.pairs.cloud_kernels import (
     body_in_cloud,
     box_of,
-    joined_box,
+    box_of_lanes,
+    joined_lanes,
     place_in_cloud,
 )
 from scene_graph_ros.planning.pairs.cloud_scan import any_near
@@ -57,6 +59,8 @@ class CloudEdgeScratch(NamedTuple):
     """``(LANES,)``: where stretches begin that are looked at."""
     high: np.ndarray
     """``(LANES,)``."""
+    near: np.ndarray
+    """``(g,)``: bits of those on which each group of the table's pairs may be near to balls."""
 
 
 @inlined_kernel
@@ -67,6 +71,19 @@ def _needs(table, motions, c, m, half, tolerance):
 
 
 @inlined_kernel
+def _lanes_of_group(table, scratch, tree, c, group, tolerance, bits):
+    """Return those of the bits of stretches on which a group may be near to balls."""
+    motions, clouds, first = scratch.motions, scratch.clouds, table.groups[group, 0]
+    half = (load_lanes(scratch.high, 0) - load_lanes(scratch.low, 0)) * 0.5
+    need = _needs(table, motions, c, first, half, tolerance)
+    box = box_of_lanes(clouds, table.bodies[first], need)
+    for m in range(first + 1, table.groups[group, 1]):
+        need = _needs(table, motions, c, m, half, tolerance)
+        box = joined_lanes(box, box_of_lanes(clouds, table.bodies[m], need))
+    return lanes_near(tree, table, c, box[0], box[1], bits)
+
+
+@inlined_kernel
 def _look_at_group(checked, table, scratch, tree, c, group, k, half, tolerance, is_open):
     """Mark the pairs of a group that are free on stretch k.
 
@@ -74,28 +91,15 @@ def _look_at_group(checked, table, scratch, tree, c, group, k, half, tolerance, 
     """
     motions, places, clouds = scratch.motions, scratch.places, scratch.clouds
     held, bodies = checked.held, checked.bodies
-    first, last = table.groups[group, 0], table.groups[group, 1]
-    box, count = ((1e300, 1e300, 1e300), (-1e300, -1e300, -1e300)), 0
-    for m in range(first, last):
-        if is_open[m]:
-            need = _needs(table, motions, c, m, half, tolerance)
-            box = joined_box(box, box_of(clouds, table.bodies[m], k, need))
-            count += 1
-    if count == 0:
-        return NO_PAIR, False
-    is_empty, any_open = not may_be_near(tree, table, c, box[0], box[1]), False
-    for m in range(first, last):
+    any_open = False
+    for m in range(table.groups[group, 0], table.groups[group, 1]):
         if not is_open[m]:
             continue
-        if is_empty:
+        a, need = table.bodies[m], _needs(table, motions, c, m, half, tolerance)
+        lower, upper = box_of(clouds, a, k, need)
+        if not may_be_near(tree, table, c, lower, upper):
             is_open[m] = False
             continue
-        a, need = table.bodies[m], _needs(table, motions, c, m, half, tolerance)
-        if count > 1:
-            lower, upper = box_of(clouds, a, k, need)
-            if not may_be_near(tree, table, c, lower, upper):
-                is_open[m] = False
-                continue
         body, where = body_in_cloud(bodies, table, clouds, a, k), (places, table, c, k)
         limit = table.paddings[m] - table.touching[m]
         guesses = clouds.guesses
@@ -151,18 +155,39 @@ def _place_last(checked, edge, scratch, waiting, count):
 
 
 @inlined_kernel
+def _open_lanes(scratch, first, end, count):
+    """Return the bits of stretches on which any of these pairs is open."""
+    bits = 0
+    for k in range(count):
+        for m in range(first, end):
+            if scratch.open[MOST_WAITING + k, m]:
+                bits |= 1 << k
+    return bits
+
+
+@inlined_kernel
 def _look(checked, table, scratch, count, tolerance):
     """Find pairs that are free on stretches; return (pair, lane) of a collision, if any."""
     last = scratch.open.shape[1] - 1
     for c in range(len(table.clouds)):
         place_in_cloud(checked.bodies, scratch.places, table.X_CW[c], scratch.clouds)
         tree = tree_of(checked.held, table.clouds[c, 0])
+        groups = range(table.clouds[c, 1], table.clouds[c, 2])
+        for group in groups:
+            bits = _open_lanes(scratch, table.groups[group, 0], table.groups[group, 1], count)
+            if bits != 0:
+                bits = _lanes_of_group(table, scratch, tree, c, group, tolerance, bits)
+            scratch.near[group] = bits
         for k in range(count):
             is_open, half = (
                 scratch.open[MOST_WAITING + k],
                 0.5 * (scratch.high[k] - scratch.low[k]),
             )
-            for group in range(table.clouds[c, 1], table.clouds[c, 2]):
+            for group in groups:
+                if scratch.near[group] >> k & 1 == 0:
+                    for m in range(table.groups[group, 0], table.groups[group, 1]):
+                        is_open[m] = False
+                    continue
                 pair, any_open = _look_at_group(
                     checked, table, scratch, tree, c, group, k, half, tolerance, is_open
                 )

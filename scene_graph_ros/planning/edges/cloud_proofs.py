@@ -67,4 +67,5 @@ def _scratch(plan: CheckerPlan, split: SplitPlan) -> CloudEdgeScratch:
         np.zeros((MOST_WAITING + LANES, m + 1), np.bool_),
         np.empty(LANES),
         np.empty(LANES),
+        np.empty(len(split.table.groups), np.int64),
     )

@@ -8,15 +8,25 @@ dimensions).
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.compiled.lanes import LANES
+from scene_graph_ros.geometry.compiled.lanes import (
+    bits_of,
+    every,
+    LANES,
+    larger,
+    lowest_bit,
+    smaller,
+    store_lanes,
+)
+from scene_graph_ros.geometry.compiled.stack_arrays import stack_array
 
-__all__ = ["CELLS", "count_points", "grid_scale", "king_moves", "may_be_near"]
+__all__ = ["CELLS", "count_points", "grid_scale", "king_moves", "lanes_near", "may_be_near"]
 
 CELLS = 48
 """Along each axis of the box around all points."""
@@ -28,6 +38,8 @@ _MOST_MOVES = 16
 
 _HAIR = 1e-9
 """Of a cell: more than rounding moves places by."""
+
+_cells = stack_array((4, LANES))
 
 
 @inlined_kernel
@@ -87,19 +99,18 @@ def king_moves(counts: NDArray[np.int32]) -> NDArray[np.uint8]:
     ``counts`` are those of `count_points`; _MOST_MOVES stands for as many or more.
     """
     sums = counts.reshape(3 * (CELLS + 1,))
-    own = np.diff(np.diff(np.diff(sums, axis=0), axis=1), axis=2) != 0
-    moves = np.where(own, 0, _MOST_MOVES).astype(np.uint8)
-    near = own
-    for step in range(1, _MOST_MOVES):
+    near = np.diff(np.diff(np.diff(sums, axis=0), axis=1), axis=2) != 0
+    moves = (~near).astype(np.uint8)
+    for _ in range(1, _MOST_MOVES):
         for axis in range(3):
             wide = near.copy()
             first, last = _halves(axis)
             wide[first] |= near[last]
             wide[last] |= near[first]
             near = wide
-        moves[near & (moves > step)] = step
         if near.all():
             break
+        moves += ~near
     return moves.reshape(-1)
 
 
@@ -112,21 +123,43 @@ def _halves(axis: int) -> tuple[tuple[slice, ...], tuple[slice, ...]]:
 
 
 @inlined_kernel
+def lanes_near(tree, table, c, lower, upper, bits):
+    """Return those of ``bits``, one of each lane, where balls may be in boxes along C's axes.
+
+    The boxes' corners are lanes; c is a cloud of the table. One number tells here.
+    """
+    low, high, radius = tree.bounds[0], tree.bounds[1], tree.radius[0]
+    scale, moves, cells = table.scales[c], table.moves[c], _cells()
+    gap, half = every(-math.inf), every(0.0)
+    for axis in range(3):
+        first, last = lower[axis] - radius, upper[axis] + radius
+        gap = larger(gap, larger(first - high[axis], low[axis] - last))
+        half = larger(half, (last - first) * (0.5 * scale[axis]))
+        cell = ((first + last) * 0.5 - low[axis]) * scale[axis]
+        store_lanes(cells, axis * LANES, smaller(larger(cell, 0.0), CELLS - 1.0))
+    store_lanes(cells, 3 * LANES, half + (1.0 + _HAIR))
+    bits &= ~bits_of(gap > 0.0)
+    left = bits
+    while left != 0:
+        k = lowest_bit(left)
+        left &= left - 1
+        at = np.int64(cells[0, k]) + CELLS * np.int64(cells[1, k])
+        # What is nearest to a place beyond the border is as far from that on the border, or less.
+        if cells[3, k] < moves[at + CELLS * CELLS * np.int64(cells[2, k])]:
+            bits &= ~(1 << k)
+    return bits
+
+
+@inlined_kernel
 def may_be_near(tree, table, c, lower, upper):
-    """Tell whether balls may be in a box along the axes of C, cloud c of a table."""
+    """Tell whether balls may be in a box along the axes of C; eight numbers tell of any box."""
     low, high, radius = tree.bounds[0], tree.bounds[1], tree.radius[0]
     a, b, c0 = lower[0] - radius, lower[1] - radius, lower[2] - radius
     d, e, f = upper[0] + radius, upper[1] + radius, upper[2] + radius
     if a > high[0] or b > high[1] or c0 > high[2] or d < low[0] or e < low[1] or f < low[2]:
         return False
-    scale, counts, moves = table.scales[c], table.counts[c], table.moves[c]
+    scale, counts = table.scales[c], table.counts[c]
     sx, sy, sz = scale[0], scale[1], scale[2]
-    mx, my, mz = 0.5 * (a + d), 0.5 * (b + e), 0.5 * (c0 + f)
-    if low[0] <= mx <= high[0] and low[1] <= my <= high[1] and low[2] <= mz <= high[2]:
-        half = max(max(0.5 * (d - a) * sx, 0.5 * (e - b) * sy), 0.5 * (f - c0) * sz) + _HAIR
-        at = _cell_of(low[0], sx, mx) + CELLS * _cell_of(low[1], sy, my)
-        if half + 1.0 < moves[at + CELLS * CELLS * _cell_of(low[2], sz, mz)]:
-            return False
     x, last_x = _cell_of(low[0], sx, a), _cell_of(low[0], sx, d) + 1
     y, last_y = _cell_of(low[1], sy, b) * _STEP_Y, (_cell_of(low[1], sy, e) + 1) * _STEP_Y
     z, last_z = _cell_of(low[2], sz, c0) * _STEP_Z, (_cell_of(low[2], sz, f) + 1) * _STEP_Z

@@ -1,17 +1,29 @@
 """Which configurations keep their distance from clouds that do not move."""
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.compiled.lanes import LANES, load_lanes, magnitude, store_lanes
+from scene_graph_ros.geometry.compiled.lanes import (
+    LANES,
+    larger,
+    load_lanes,
+    lowest_bit,
+    magnitude,
+    smaller,
+    store_lanes,
+)
 from scene_graph_ros.geometry.query.elements.element_places import tree_of
 from scene_graph_ros.planning.pairs.bodies import place_bodies
-from scene_graph_ros.planning.pairs.cloud_grid import may_be_near
+from scene_graph_ros.planning.pairs.cloud_grid import lanes_near, may_be_near
 from scene_graph_ros.planning.pairs.cloud_scan import any_near
 from scene_graph_ros.robots.tree_kernels import LANES as CONFIGURATIONS
 
-__all__ = ["body_in_cloud", "box_of", "check_clouds", "joined_box", "place_in_cloud"]
-
-_FAR = (1e300, 1e300, 1e300), (-1e300, -1e300, -1e300)
-"""Corners of a box of nothing."""
+__all__ = [
+    "body_in_cloud",
+    "box_of",
+    "box_of_lanes",
+    "check_clouds",
+    "joined_lanes",
+    "place_in_cloud",
+]
 
 
 @inlined_kernel
@@ -54,21 +66,11 @@ def box_of(scratch, a, k, need):
 
 
 @inlined_kernel
-def joined_box(one, other):
-    """Return the corners of the box around two."""
-    (a, b), (c, d) = one, other
-    return (
-        (min(a[0], c[0]), min(a[1], c[1]), min(a[2], c[2])),
-        (max(b[0], d[0]), max(b[1], d[1]), max(b[2], d[2])),
-    )
-
-
-@inlined_kernel
 def body_in_cloud(bodies, table, scratch, a, k):
     """Return the arguments of ``any_near`` for a body in configuration k.
 
     That is (rotation in C, its entries' sizes, its box's centre in C and in G, where its planes
-    begin and end, its box's half extents, its row of the shape table).
+    begin and end, its box's half extents, its row of the shape table, what is inside).
     """
     X, lower, upper = scratch.X_CG[a], bodies.lower[a], bodies.upper[a]
     R = (
@@ -91,28 +93,53 @@ def body_in_cloud(bodies, table, scratch, a, k):
     )
     middle = box[0, k], box[1, k], box[2, k]
     first, last = table.plane_starts[a], table.plane_starts[a + 1]
-    return R, M, middle, center, first, last, half, bodies.rows[a]
+    own = table.inner[a]
+    inside = own[0], own[1], own[2], own[3]
+    return R, M, middle, center, first, last, half, bodies.rows[a], inside
+
+
+@inlined_kernel
+def box_of_lanes(scratch, a, need):
+    """Return the corners of a body's boxes, larger by ``need``, in lanes."""
+    box = scratch.boxes[a]
+    x, y, z = load_lanes(box, 0), load_lanes(box, LANES), load_lanes(box, 2 * LANES)
+    u, v = load_lanes(box, 3 * LANES) + need, load_lanes(box, 4 * LANES) + need
+    w = load_lanes(box, 5 * LANES) + need
+    return (x - u, y - v, z - w), (x + u, y + v, z + w)
+
+
+@inlined_kernel
+def joined_lanes(one, other):
+    """Return the corners of boxes around two, in lanes."""
+    (a, b), (c, d) = one, other
+    return (
+        (smaller(a[0], c[0]), smaller(a[1], c[1]), smaller(a[2], c[2])),
+        (larger(b[0], d[0]), larger(b[1], d[1]), larger(b[2], d[2])),
+    )
+
+
+@inlined_kernel
+def _lanes_of_group(table, scratch, tree, c, group, bits):
+    """Return those of the bits of configurations in which a group may be near to balls."""
+    first, slack = table.groups[group, 0], table.slacks[c]
+    box = box_of_lanes(scratch, table.bodies[first], table.paddings[first] + slack)
+    for m in range(first + 1, table.groups[group, 1]):
+        own = box_of_lanes(scratch, table.bodies[m], table.paddings[m] + slack)
+        box = joined_lanes(box, own)
+    return lanes_near(tree, table, c, box[0], box[1], bits)
 
 
 @inlined_kernel
 def _first_in_group(held, bodies, table, scratch, tree, c, group, k, found, places):
     """Return the first pair of a group that is too near in configuration k, else ``found``."""
-    slack, box = table.slacks[c], _FAR
-    for m in range(table.groups[group, 0], table.groups[group, 1]):
-        if table.pairs[m] < found:
-            need = table.paddings[m] + slack
-            box = joined_box(box, box_of(scratch, table.bodies[m], k, need))
-    if not may_be_near(tree, table, c, box[0], box[1]):
-        return found
-    is_one = table.groups[group, 1] - table.groups[group, 0] == 1
+    slack = table.slacks[c]
     for m in range(table.groups[group, 0], table.groups[group, 1]):
         if table.pairs[m] >= found:
             continue
         a, need = table.bodies[m], table.paddings[m] + slack
-        if not is_one:
-            lower, upper = box_of(scratch, a, k, need)
-            if not may_be_near(tree, table, c, lower, upper):
-                continue
+        lower, upper = box_of(scratch, a, k, need)
+        if not may_be_near(tree, table, c, lower, upper):
+            continue
         body, where = body_in_cloud(bodies, table, scratch, a, k), (places, table, c, k)
         limit = table.paddings[m] - table.touching[m]
         if any_near(held, tree, body, where, need, limit, True, scratch.guesses, a):
@@ -128,14 +155,16 @@ def check_clouds(held, tree, bodies, table, q, X_WB, first_pair, places, scratch
     """
     for first in range(0, len(q), CONFIGURATIONS):
         place_bodies(tree, bodies, q, first, X_WB, places)
-        count = min(CONFIGURATIONS, len(q) - first)
+        every_one = (1 << min(CONFIGURATIONS, len(q) - first)) - 1
         for c in range(len(table.clouds)):
             place_in_cloud(bodies, places, table.X_CW[c], scratch)
             points = tree_of(held, table.clouds[c, 0])
-            for k in range(count):
-                found = first_pair[first + k]
-                for group in range(table.clouds[c, 1], table.clouds[c, 2]):
-                    found = _first_in_group(
+            for group in range(table.clouds[c, 1], table.clouds[c, 2]):
+                bits = _lanes_of_group(table, scratch, points, c, group, every_one)
+                while bits != 0:
+                    k = lowest_bit(bits)
+                    bits &= bits - 1
+                    found = first_pair[first + k]
+                    first_pair[first + k] = _first_in_group(
                         held, bodies, table, scratch, points, c, group, k, found, places
                     )
-                first_pair[first + k] = found

@@ -5,6 +5,7 @@ There is a faster way to decide them by yes or no than that of all other pairs, 
 
 from __future__ import annotations
 
+from itertools import product as product_of
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +25,12 @@ _SLACK = 1e-13
 
 _GROUP = 1.3
 """How much larger than its largest body's ball that of a group may be."""
+
+_PARTS = np.array(list(product_of((0.0, 0.25, 0.5, 0.75), repeat=3)))
+"""Of a hull's box: boxes that are tried in it."""
+
+_INWARDS = 1.0 - 1e-12
+"""Times the radii of balls in hulls: more than rounding adds to them."""
 
 _KEPT = 4
 """Plans whose pairs are kept apart."""
@@ -120,6 +127,7 @@ def _split(plan: CheckerPlan) -> SplitPlan | None:
         np.stack([grid_scale(plan.shapes.clouds[cloud].tree) for cloud, _, _ in clouds]),
         starts,
         planes,
+        _inner(plan, starts, planes),
     )
     rows = np.flatnonzero(~is_quick)
     return SplitPlan(plan, plan.with_rows(rows), rows, quick)
@@ -178,6 +186,39 @@ def _planes(plan: CheckerPlan) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
         found.append(planes)
         counts.append(len(planes))
     return np.cumsum(counts).astype(np.int64), np.concatenate(found)
+
+
+def _inner(
+    plan: CheckerPlan, starts: NDArray[np.int64], planes: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return rounded boxes ``(r, 4)`` in robots' bodies, see ``CloudTable``.
+
+    In hulls they are the largest of some about the same centre.
+    """
+    bodies, robots = plan.bodies, len(plan.carried)
+    result = np.ascontiguousarray(bodies.inner[:robots, 1:])
+    for a in range(robots):
+        own = planes[starts[a] : starts[a + 1]]
+        is_box = plan.shapes.table.kind[bodies.rows[a]] == ShapeKind.BOX
+        if is_box or not len(own) or result[a, 3] < 0.0:
+            continue
+        halves = _PARTS * (0.5 * (bodies.upper[a] - bodies.lower[a]))
+        room = own[:, 3] - product(own[:, :3], bodies.centers[a])
+        for axis in range(3):
+            room = room - halves[:, axis, np.newaxis] * np.abs(own[:, axis])
+        radii = _INWARDS * room.min(axis=1)
+        best = int(np.where(radii > 0.0, _volumes(halves, radii), -np.inf).argmax())
+        result[a, :3], result[a, 3] = halves[best], radii[best]
+    return result
+
+
+def _volumes(halves: NDArray[np.float64], radii: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the volumes of boxes ``(n, 3)``, by half their edges, within balls (Steiner's)."""
+    x, y, z = halves.T
+    squares, cubes = radii * radii, radii * radii * radii
+    faces, edges = x * y + y * z + z * x, x + y + z
+    result: NDArray[np.float64] = 8.0 * (x * y * z + radii * faces)
+    return result + np.pi * (2.0 * squares * edges + 4.0 / 3.0 * cubes)
 
 
 def _spread(normals: NDArray[np.float64]) -> NDArray[np.int64]:

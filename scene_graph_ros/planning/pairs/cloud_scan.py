@@ -1,9 +1,11 @@
 """Whether any ball of a cloud is nearer to a robot's body than a distance, by yes or no.
 
 That takes a fraction of the time of finding the distance. A tree of boxes says which eight points
-may be near, and planes between a hull and points which of these are not. What neither decides, the
-distance of the point does.
+may be near, planes between a hull and points which of these are not, and a rounded box in the hull
+which surely are. What none of these decides, the distance of the point does.
 """
+
+import math
 
 import numpy as np
 
@@ -15,6 +17,7 @@ from scene_graph_ros.geometry.compiled.lanes import (
     load_lanes,
     lowest_bit,
     magnitude,
+    store_lanes,
 )
 from scene_graph_ros.geometry.compiled.stack_arrays import stack_array
 from scene_graph_ros.geometry.query.distance.pair_entry import PAIR_DISTANCE
@@ -25,27 +28,26 @@ from scene_graph_ros.geometry.tables.point_tree import BOX
 __all__ = ["any_near"]
 
 _STACK = 128
+
+_SURE = 1e4
+"""Times what rounding is allowed: how much nearer than asked a ball is that is not measured."""
+
+_FINE = 5e-3
+"""Metres beyond the limit: where less is asked for, planes that do not separate are not taken for
+nearness. They tell less than the distance at a hull's edges, which halving would not change."""
+
 _IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 
 _nodes = stack_array((_STACK, 2), np.int64)
+_depths = stack_array((LANES,))
 _pair_distance = PAIR_DISTANCE.call
 
 
 @inlined_kernel
-def _near_box(px, py, pz, qx, qy, qz, body, half, turned):
-    """Return the largest gap of boxes in C and a body's box along any of six axes, in lanes."""
-    R, M = body[0], body[1]
-    along = larger(
-        larger(magnitude(px) - qx - turned[0], magnitude(py) - qy - turned[1]),
-        magnitude(pz) - qz - turned[2],
-    )
-    x = R[0] * px + R[3] * py + R[6] * pz
-    y = R[1] * px + R[4] * py + R[7] * pz
-    z = R[2] * px + R[5] * py + R[8] * pz
-    x_gap = magnitude(x) - (M[0] * qx + M[3] * qy + M[6] * qz) - half[0]
-    y_gap = magnitude(y) - (M[1] * qx + M[4] * qy + M[7] * qz) - half[1]
-    z_gap = magnitude(z) - (M[2] * qx + M[5] * qy + M[8] * qz) - half[2]
-    return larger(along, larger(larger(x_gap, y_gap), z_gap))
+def _along_axes(px, py, pz, qx, qy, qz, turned):
+    """Return the largest gap of boxes in C and a body's along the axes of C, in lanes."""
+    x_gap = magnitude(px) - qx - turned[0]
+    return larger(larger(x_gap, magnitude(py) - qy - turned[1]), magnitude(pz) - qz - turned[2])
 
 
 @inlined_kernel
@@ -70,6 +72,16 @@ def _beyond_planes(x, y, z, radii, bits, body, need, planes, guesses, a):
 
 
 @inlined_kernel
+def _surely_near(x, y, z, radii, body, least):
+    """Return a mask of points whose balls are nearer than ``least`` to what is inside a body."""
+    inside = body[8]
+    x, y = larger(magnitude(x) - inside[0], 0.0), larger(magnitude(y) - inside[1], 0.0)
+    z = larger(magnitude(z) - inside[2], 0.0)
+    reach = radii + (inside[3] + least)
+    return bits_of(x * x + y * y + z * z < reach * larger(reach, 0.0))
+
+
+@inlined_kernel
 def _plane_in_cloud(body, planes, guess, need):
     """Return a plane of a body in C, as (normal, its entries' sizes, the gap of the box's centre).
 
@@ -87,18 +99,57 @@ def _plane_in_cloud(body, planes, guess, need):
 
 
 @inlined_kernel
-def _children_near(boxes, at, body, half, turned, plane):
-    """Return a mask of the children of a node that boxes and a plane do not tell to be far."""
+def _children_near(boxes, at, body, half, turned, plane, depths):
+    """Return a mask of the children of a node that boxes and a plane do not tell to be far.
+
+    ``depths`` become how far out of the body's box their middles are, negative inside.
+    """
     middle, (n, m, offset) = body[2], plane
+    radii = load_lanes(boxes, at + 6 * LANES)
     lx, ux = load_lanes(boxes, at), load_lanes(boxes, at + 3 * LANES)
     ly, uy = load_lanes(boxes, at + LANES), load_lanes(boxes, at + 4 * LANES)
     lz, uz = load_lanes(boxes, at + 2 * LANES), load_lanes(boxes, at + 5 * LANES)
     px, qx = 0.5 * (lx + ux) - middle[0], 0.5 * (ux - lx)
     py, qy = 0.5 * (ly + uy) - middle[1], 0.5 * (uy - ly)
     pz, qz = 0.5 * (lz + uz) - middle[2], 0.5 * (uz - lz)
-    gap = _near_box(px, py, pz, qx, qy, qz, body, half, turned)
+    bits = bits_of(_along_axes(px, py, pz, qx, qy, qz, turned) < radii)
+    if bits == 0:
+        return bits
     beyond = n[0] * px + n[1] * py + n[2] * pz - (m[0] * qx + m[1] * qy + m[2] * qz) + offset
-    return bits_of(larger(gap, beyond) < load_lanes(boxes, at + 6 * LANES))
+    bits &= bits_of(beyond < radii)
+    if bits == 0:
+        return bits
+    R, M = body[0], body[1]
+    x = magnitude(R[0] * px + R[3] * py + R[6] * pz) - half[0]
+    y = magnitude(R[1] * px + R[4] * py + R[7] * pz) - half[1]
+    z = magnitude(R[2] * px + R[5] * py + R[8] * pz) - half[2]
+    x_gap = x - (M[0] * qx + M[3] * qy + M[6] * qz)
+    y_gap = y - (M[1] * qx + M[4] * qy + M[7] * qz)
+    z_gap = z - (M[2] * qx + M[5] * qy + M[8] * qz)
+    store_lanes(depths, 0, larger(larger(x, y), z))
+    return bits & bits_of(larger(larger(x_gap, y_gap), z_gap) < radii)
+
+
+@inlined_kernel
+def _put_children(nodes, count, level, first, bits, depths):
+    """Put the children of a mask on the pile, the deepest last; return how many wait then.
+
+    The first leaf that is looked at is deep in the body if any is, so that few are.
+    """
+    deepest, best = math.inf, -1
+    while bits != 0:
+        i = lowest_bit(bits)
+        bits &= bits - 1
+        child = first + i
+        if depths[i] < deepest:
+            deepest, best, child = depths[i], child, best
+        if child >= 0:
+            nodes[count, 0], nodes[count, 1] = level, child
+            count += 1
+    if best >= 0:
+        nodes[count, 0], nodes[count, 1] = level, best
+        count += 1
+    return count
 
 
 @inlined_kernel
@@ -133,7 +184,7 @@ def any_near(held, tree, body, where, need, limit, decides, guesses, a):
     ``decides`` it tells whether one is nearer than ``limit``, which is less, as exactly as any
     pair is decided.
     """
-    R, _, middle, _, first, last, box, j = body
+    R, _, middle, _, first, last, box, j, _ = body
     table = where[1]
     half = (box[0] + need, box[1] + need, box[2] + need)
     M = body[1]
@@ -143,12 +194,15 @@ def any_near(held, tree, body, where, need, limit, decides, guesses, a):
         M[6] * box[0] + M[7] * box[1] + M[8] * box[2] + need,
     )
     nodes, count = _nodes(), 0
+    depths = _depths()
     if len(tree.points) > 0:
         nodes[0, 0], nodes[0, 1], count = len(tree.starts) - 1, 0, 1
         if not decides and 0 <= guesses[a, 1] < len(tree.points):
             # Bodies move little from one look at them to the next.
             nodes[1, 0], nodes[1, 1], count = 0, guesses[a, 1], 2
     has_radii = len(tree.radii) > 0
+    most = limit if decides else need
+    least = most - _SURE * table.slacks[where[2]]
     guess = guesses[a, 0]
     plane = _plane_in_cloud(body, table.planes, guess, need)
     while count > 0:
@@ -156,12 +210,8 @@ def any_near(held, tree, body, where, need, limit, decides, guesses, a):
         level, node = nodes[count, 0], nodes[count, 1]
         if level > 0:
             at = tree.starts[level - 1] + node
-            bits = _children_near(tree.boxes, at * BOX * LANES, body, half, turned, plane)
-            while bits != 0:
-                i = lowest_bit(bits)
-                bits &= bits - 1
-                nodes[count, 0], nodes[count, 1] = level - 1, LANES * node + i
-                count += 1
+            bits = _children_near(tree.boxes, at * BOX * LANES, body, half, turned, plane, depths)
+            count = _put_children(nodes, count, level - 1, LANES * node, bits, depths)
             continue
         at = node * 3 * LANES
         dx = load_lanes(tree.points, at) - middle[0]
@@ -170,13 +220,19 @@ def any_near(held, tree, body, where, need, limit, decides, guesses, a):
         radii = dx * 0.0 + tree.radius[1]
         if has_radii:
             radii = load_lanes(tree.radii, node * LANES)
-        gap = _near_box(dx, dy, dz, 0.0, 0.0, 0.0, body, half, turned)
-        bits = bits_of(gap < radii)
+        bits = bits_of(_along_axes(dx, dy, dz, 0.0, 0.0, 0.0, turned) < radii)
         if bits == 0:
             continue
         x = R[0] * dx + R[3] * dy + R[6] * dz
         y = R[1] * dx + R[4] * dy + R[7] * dz
         z = R[2] * dx + R[5] * dy + R[8] * dz
+        gap = larger(magnitude(x) - half[0], magnitude(y) - half[1])
+        bits &= bits_of(larger(gap, magnitude(z) - half[2]) < radii)
+        if bits == 0:
+            continue
+        if _surely_near(x, y, z, radii, body, least) != 0:
+            guesses[a, 1] = node
+            return True
         bits = _beyond_planes(x, y, z, radii, bits, body, need, table.planes, guesses, a)
         if guesses[a, 0] != guess:
             guess = guesses[a, 0]
@@ -184,9 +240,8 @@ def any_near(held, tree, body, where, need, limit, decides, guesses, a):
         while bits != 0:
             i = lowest_bit(bits)
             bits &= bits - 1
-            is_told = not decides and last > first
+            is_told = not decides and last > first and need - limit > _FINE
             radius = tree.radii[node, i] if has_radii else tree.radius[1]
-            most = limit if decides else need
             if is_told or _is_nearer(held, tree, node, i, radius, most, j, where, a):
                 guesses[a, 1] = node
                 return True

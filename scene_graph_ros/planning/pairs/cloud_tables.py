@@ -41,6 +41,10 @@ class CloudTable(NamedTuple):
     planes: np.ndarray
     """``(p, 4)``: unit normals in G, out of the body, and how far out the plane is, m."""
 
+    inner: np.ndarray
+    """``(r, 4)`` m: half the edges of a box around the centre of each body's box, and the radius
+    of a ball moved through it: all that is in the body. The radius is -inf where none is known."""
+
 
 class CloudScratch(NamedTuple):
     """The scratch arrays of one thread."""
