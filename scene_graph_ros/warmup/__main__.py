@@ -33,14 +33,19 @@ def warm_up(names: list[str], processes: int | None = None) -> list[str]:
 
     groups = [GROUPS[name] for name in names]
     compiler = Compiler(groups, processes=processes or 1 + (os.cpu_count() or 1))
-    with tqdm(total=0, desc="compiling kernels", unit="kernel", dynamic_ncols=True) as bar:
+    # The time left is that of the mean so far: what comes next is no quicker than what has been.
+    form = "{l_bar}{bar}| {elapsed}<{remaining}{postfix}"
+    with tqdm(
+        total=100, desc="compiling kernels", bar_format=form, smoothing=0.0, dynamic_ncols=True
+    ) as bar:
 
         def tell(progress: Progress) -> None:
-            bar.total = progress.total
-            bar.update(progress.done - bar.n)
+            kernels = f"{progress.done} of {progress.total} kernels"
+            bar.set_postfix_str(kernels, refresh=False)
+            bar.update(100.0 * progress.share - bar.n)
 
         late = compiler.run(tell)
-        bar.total = bar.n  # how many there are is known to a few beforehand, and now
+        bar.update(100.0 - bar.n)
         bar.refresh()
     return late
 

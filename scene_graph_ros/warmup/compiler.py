@@ -26,23 +26,26 @@ class CompilingError(RuntimeError):
 
 
 class Progress(NamedTuple):
-    """Kernels that were compiled, of about so many."""
+    """Kernels that were compiled, of about so many, and the share of the work, below 1."""
 
     done: int
     total: int
+    share: float
 
 
 @dataclass(eq=False)
 class _Task:
     """A function, as ``module:name``, that is run for a group; a check finds all compiled.
 
-    It begins when the groups of ``after`` are compiled.
+    It begins when the groups of ``after`` are compiled. Its last kernel takes as long as
+    ``long_end`` others.
     """
 
     group: str
     function: str
     is_check: bool
     after: tuple[str, ...] = ()
+    long_end: int = 0
     tail: deque[str] = field(default_factory=lambda: deque(maxlen=_TAIL))
 
 
@@ -73,6 +76,8 @@ class Compiler:
         self._is_stopped = False
         self._total = 0
         self._compiled = 0
+        self._unfinished: list[_Task] = []
+        self._ends_left = self._ends = 0
         self._late: list[str] = []
 
     def run(self, tell: Callable[[Progress], None] = lambda progress: None) -> list[str]:
@@ -109,7 +114,8 @@ class Compiler:
                 continue
             self._total += group.kernels
             after = () if is_main or group.is_apart else (MAIN,)
-            tasks = [_Task(name, each, False, after) for each in group.tasks]
+            ends = group.long_ends
+            tasks = [_Task(name, f, False, after, ends.get(f, 0)) for f in group.tasks]
             checks = [_Task(name, each, True, (MAIN, name)) for each in group.checks]
             (foundation if is_main else apart if group.is_apart else rest).extend(tasks)
             (rest if is_main else last).extend(checks)
@@ -117,6 +123,8 @@ class Compiler:
 
     def _run_side_by_side(self, waiting: list[_Task], tell: Callable[[Progress], None]) -> None:
         running: list[_Task] = []
+        self._unfinished = [task for task in waiting if not task.is_check]
+        self._ends = self._ends_left = sum(task.long_end for task in self._unfinished)
         while waiting or running:
             while len(running) < self._processes:
                 task = _next_of(waiting, running)
@@ -132,9 +140,18 @@ class Compiler:
             else:
                 running.remove(line.task)
                 self._require_success(line)
+                if not line.task.is_check:
+                    self._unfinished.remove(line.task)
+                    self._ends_left -= line.task.long_end
+                tell(self._progress())
 
     def _progress(self) -> Progress:
-        return Progress(self._compiled, max(self._compiled, self._total))
+        # Each task that has not ended has at least one kernel to come; then all are known.
+        total = self._compiled + len(self._unfinished)
+        if self._unfinished:
+            total = max(self._total, total)
+        left = total - self._compiled + self._ends_left
+        return Progress(self._compiled, total, 1.0 - left / max(total + self._ends, 1))
 
     def _start(self, task: _Task) -> None:
         module = "scene_graph_ros.warmup.task"
