@@ -6,6 +6,7 @@ import json
 import os
 from pathlib import Path
 import re
+import signal
 import subprocess
 import sys
 
@@ -14,7 +15,7 @@ import pytest
 from scene_graph_ros.warmup import __main__ as command_line
 from scene_graph_ros.warmup import compiler
 from scene_graph_ros.warmup.__main__ import main
-from scene_graph_ros.warmup.groups import GROUPS
+from scene_graph_ros.warmup.groups import GROUPS, KernelGroup
 
 _ROOT = Path(__file__).parents[1]
 
@@ -151,6 +152,26 @@ def test_the_bar_is_full_when_all_is_done_and_not_before(expected, monkeypatch, 
     told = capsys.readouterr().err.splitlines()[-1]
     assert "100%" in told
     assert f"{count} of {count} kernels" in told
+
+
+def test_a_process_does_one_task_after_the_other(monkeypatch, tmp_path):
+    """But a check has one of its own; a task that crashes is named."""
+    monkeypatch.setenv("SCENE_GRAPH_ROS_KERNEL_CACHE", str(tmp_path))
+    begun = []
+
+    class Told(compiler.Compiler):
+        def _follow(self, worker):
+            begun.append(worker.process)
+            super()._follow(worker)
+
+    group = KernelGroup("main", "", 0, ("os:getpid", "os:getcwd"), ("os:getpid",))
+    assert Told([group]).run() == []
+    assert len(begun) == 2
+    assert all(process.poll() is not None for process in begun)
+    with pytest.raises(compiler.CompilingError, match="'other' with os:abort ended with exit"):
+        Told([KernelGroup("other", "", 0, ("os:getpid", "os:abort"))]).run()
+    assert len(begun) == 3
+    assert begun[2].poll() == -signal.SIGABRT
 
 
 _GROUPS = """

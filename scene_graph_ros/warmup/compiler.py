@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterable
+import contextlib
 from dataclasses import dataclass, field
 import queue
 import subprocess
@@ -13,7 +14,7 @@ from typing import NamedTuple
 
 from scene_graph_ros.geometry.compiled.readiness import is_ready, ready_marker
 from scene_graph_ros.warmup.groups import KernelGroup, MAIN
-from scene_graph_ros.warmup.task import COMPILED
+from scene_graph_ros.warmup.task import COMPILED, ENDED
 
 __all__ = ["Compiler", "CompilingError", "Progress"]
 
@@ -53,6 +54,23 @@ class _Line(NamedTuple):
     task: _Task
     text: str
     exit_code: int | None = None
+    """0 where the task has ended, though its process goes on."""
+
+
+@dataclass(eq=False)
+class _Worker:
+    """A process that does tasks one after the other, and the one that it does now."""
+
+    process: subprocess.Popen[str]
+    task: _Task | None
+
+    def give(self, task: _Task) -> None:
+        """Have the process do a task; it may be gone, which its end then tells."""
+        self.task = task
+        assert self.process.stdin is not None
+        with contextlib.suppress(BrokenPipeError):
+            self.process.stdin.write(f"{task.function}\n")
+            self.process.stdin.flush()
 
 
 def _next_of(waiting: list[_Task], running: list[_Task]) -> _Task | None:
@@ -72,7 +90,9 @@ class Compiler:
         self._processes, self._niceness = processes, niceness
         self._lines: queue.SimpleQueue[_Line] = queue.SimpleQueue()
         self._lock = threading.Lock()
-        self._running: list[subprocess.Popen[str]] = []
+        self._workers: list[_Worker] = []
+        self._idle: list[_Worker] = []
+        """Those that have compiled: a check is to find in the cache what others keep there."""
         self._is_stopped = False
         self._total = 0
         self._compiled = 0
@@ -86,7 +106,10 @@ class Compiler:
         Returns the kernels that were compiled after all should have been there: none when all was
         well. Raises CompilingError.
         """
-        self._run_side_by_side(self._tasks(), tell)
+        try:
+            self._run_side_by_side(self._tasks(), tell)
+        finally:
+            self._end_workers()
         for group in self._groups:
             marker = ready_marker(group.name)
             marker.parent.mkdir(parents=True, exist_ok=True)
@@ -97,8 +120,8 @@ class Compiler:
         """End all processes; `run` raises."""
         with self._lock:
             self._is_stopped = True
-            for process in self._running:
-                process.kill()
+            for worker in self._workers:
+                worker.process.kill()
 
     def _tasks(self) -> list[_Task]:
         """Return all tasks, in the order in which they begin where they may.
@@ -154,13 +177,16 @@ class Compiler:
         return Progress(self._compiled, total, 1.0 - left / max(total + self._ends, 1))
 
     def _start(self, task: _Task) -> None:
-        module = "scene_graph_ros.warmup.task"
-        command = [sys.executable, "-m", module, task.function, str(self._niceness)]
+        """Give a task to a process that has done another, or to a new one."""
         with self._lock:
             if self._is_stopped:
                 raise CompilingError("compiling was stopped")
+            if self._idle and not task.is_check:
+                self._idle.pop().give(task)
+                return
+            module = "scene_graph_ros.warmup.task"
             process = subprocess.Popen(  # noqa: S603
-                command,
+                [sys.executable, "-m", module, str(self._niceness)],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
@@ -168,18 +194,51 @@ class Compiler:
                 text=True,
                 errors="replace",
             )
-            self._running.append(process)
-        threading.Thread(target=self._follow, args=(task, process), daemon=True).start()
+            worker = _Worker(process, task)
+            self._workers.append(worker)
+            worker.give(task)
+        threading.Thread(target=self._follow, args=(worker,), daemon=True).start()
 
-    def _follow(self, task: _Task, process: subprocess.Popen[str]) -> None:
-        with process:
-            assert process.stdout is not None
-            for text in process.stdout:
+    def _follow(self, worker: _Worker) -> None:
+        process = worker.process
+        assert process.stdout is not None
+        for text in process.stdout:
+            task = worker.task
+            if task is None:
+                continue
+            if text.rstrip() != ENDED:
                 self._lines.put(_Line(task, text.rstrip()))
-            exit_code = process.wait()
-            with self._lock:
-                self._running.remove(process)
-        self._lines.put(_Line(task, "", exit_code))
+                continue
+            worker.task = None
+            if task.is_check:
+                self._end(worker)
+            else:
+                with self._lock:
+                    self._idle.append(worker)
+            self._lines.put(_Line(task, "", 0))
+        process.stdout.close()
+        exit_code = process.wait()
+        with self._lock:
+            self._workers.remove(worker)
+            if worker in self._idle:
+                self._idle.remove(worker)
+            if worker.task is not None:
+                self._lines.put(_Line(worker.task, "", exit_code))
+
+    @staticmethod
+    def _end(worker: _Worker) -> None:
+        """Have a process end, which it does with its standard input."""
+        assert worker.process.stdin is not None
+        with contextlib.suppress(OSError):
+            worker.process.stdin.close()
+
+    def _end_workers(self) -> None:
+        with self._lock:
+            workers = list(self._workers)
+        for worker in workers:
+            self._end(worker)
+        for worker in workers:
+            worker.process.wait()
 
     def _read(self, line: _Line) -> None:
         task, text = line.task, line.text
