@@ -1,10 +1,12 @@
 """Compiling beforehand: the groups, what each leaves to compile, and the command."""
 
+import dataclasses
 import heapq
 import json
 import os
 from pathlib import Path
 import re
+import signal
 import subprocess
 import sys
 
@@ -13,7 +15,7 @@ import pytest
 from scene_graph_ros.warmup import __main__ as command_line
 from scene_graph_ros.warmup import compiler
 from scene_graph_ros.warmup.__main__ import main
-from scene_graph_ros.warmup.groups import GROUPS
+from scene_graph_ros.warmup.groups import GROUPS, KernelGroup
 
 _ROOT = Path(__file__).parents[1]
 
@@ -113,28 +115,63 @@ def test_groups_that_are_ready_are_checked(monkeypatch, tmp_path):
     assert {task for task, is_check in done.began if is_check} == checks
 
 
-def test_the_bar_ends_at_what_was_compiled(monkeypatch, capsys):
-    """However many were expected, which is never fewer than there are already."""
-    seen = []
+class _Counted(_Pretended):
+    """Compiles one kernel for each task, in the second before it ends."""
 
-    class Compiled(compiler.Compiler):
-        def _run_side_by_side(self, waiting, tell):
-            for k in range(3):
-                self._read(compiler._Line(waiting[0], f"{compiler.COMPILED}kernel_{k}"))
-                tell(self._progress())
-                seen.append(self._progress())
+    def get(self):
+        """Return the line of the kernel, then that of the end."""
+        if self.running and self.running[0][2] not in self.told:
+            self.told.add(self.running[0][2])
+            return compiler._Line(self.running[0][2], f"{compiler.COMPILED}kernel")
+        return super().get()
 
-        def _tasks(self):
-            tasks = super()._tasks()
-            self._total = 2
-            return tasks
+    def run(self, tell):
+        """Compile, and keep what is told."""
+        self.told, self.seen = set(), []
+        return super().run(lambda progress: (self.seen.append(progress), tell(progress)))
 
-    monkeypatch.setattr(compiler, "ready_marker", lambda group: Path(os.devnull))
+
+@pytest.mark.parametrize("expected", [2, 700])
+def test_the_bar_is_full_when_all_is_done_and_not_before(expected, monkeypatch, tmp_path, capsys):
+    """However many kernels were expected, and with a last one that takes as long as many."""
+    main = dataclasses.replace(
+        GROUPS["main"], kernels=expected, checks=(), long_ends={GROUPS["main"].tasks[0]: 100}
+    )
+    done = _Counted([main], {main.tasks[0]: 60.0}, 3)
+    monkeypatch.setenv("SCENE_GRAPH_ROS_KERNEL_CACHE", str(tmp_path))
     monkeypatch.setattr(compiler, "is_ready", lambda group: False)
-    monkeypatch.setattr(command_line, "Compiler", Compiled)
+    monkeypatch.setattr(command_line, "Compiler", lambda groups, processes: done)
     assert command_line.warm_up(["main"]) == []
-    assert seen == [(1, 2), (2, 2), (3, 3)]
-    assert "3/3" in capsys.readouterr().err.splitlines()[-1]
+    count = len(main.tasks)
+    last = 100.0 / (max(expected, count) + 100.0)
+    shares = [progress.share for progress in done.seen]
+    assert shares == sorted(shares)
+    assert shares[-2] <= 1.0 - last
+    assert done.seen[-1] == (count, count, 1.0)
+    assert all(progress.done < progress.total for progress in done.seen[:-2])
+    told = capsys.readouterr().err.splitlines()[-1]
+    assert "100%" in told
+    assert f"{count} of {count} kernels" in told
+
+
+def test_a_process_does_one_task_after_the_other(monkeypatch, tmp_path):
+    """But a check has one of its own; a task that crashes is named."""
+    monkeypatch.setenv("SCENE_GRAPH_ROS_KERNEL_CACHE", str(tmp_path))
+    begun = []
+
+    class Told(compiler.Compiler):
+        def _follow(self, worker):
+            begun.append(worker.process)
+            super()._follow(worker)
+
+    group = KernelGroup("main", "", 0, ("os:getpid", "os:getcwd"), ("os:getpid",))
+    assert Told([group]).run() == []
+    assert len(begun) == 2
+    assert all(process.poll() is not None for process in begun)
+    with pytest.raises(compiler.CompilingError, match="'other' with os:abort ended with exit"):
+        Told([KernelGroup("other", "", 0, ("os:getpid", "os:abort"))]).run()
+    assert len(begun) == 3
+    assert begun[2].poll() == -signal.SIGABRT
 
 
 _GROUPS = """

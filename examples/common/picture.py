@@ -267,10 +267,17 @@ def free_place(
 
 
 def draw_scene(
-    path: Path, markers: Iterable[Marker], contacts: Sequence[PointContact], camera: Camera
+    path: Path,
+    markers: Iterable[Marker],
+    contacts: Sequence[PointContact],
+    camera: Camera,
+    samples: int = 24,
 ) -> None:
-    """Write the picture of markers with contacts on top to ``path`` (PNG)."""
+    """Write the picture of markers with contacts on top to ``path`` (PNG).
+
+    It takes time in proportion to the ``samples`` of each pixel.
+    """
     image = Image.new("RGB", (camera.width + LEGEND_WIDTH, camera.height), "white")
-    image.paste(trace(markers, camera).convert("RGB"))
+    image.paste(trace(markers, camera, samples).convert("RGB"))
     annotate(image, camera, contacts)
     image.save(path)

@@ -19,6 +19,9 @@ from scene_graph_ros.warmup.groups import GROUPS, MAIN, POINTS
 
 __all__ = ["main", "warm_up"]
 
+_TOLD_FROM = 0.05
+"""The share of the work from which on the bar says how long the other will take."""
+
 
 def warm_up(names: list[str], processes: int | None = None) -> list[str]:
     """Compile the groups of these names under a progress bar; see `Compiler.run`.
@@ -33,14 +36,22 @@ def warm_up(names: list[str], processes: int | None = None) -> list[str]:
 
     groups = [GROUPS[name] for name in names]
     compiler = Compiler(groups, processes=processes or 1 + (os.cpu_count() or 1))
-    with tqdm(total=0, desc="compiling kernels", unit="kernel", dynamic_ncols=True) as bar:
+    # The time left is that of the mean so far: what comes next is no quicker than what has been.
+    # The first kernels of a process wait for its imports, and say nothing of the time.
+    form = "{l_bar}{bar}| {elapsed}<{remaining}{postfix}"
+    begun = form.replace("<{remaining}", "")
+    with tqdm(
+        total=100, desc="compiling kernels", bar_format=begun, smoothing=0.0, dynamic_ncols=True
+    ) as bar:
 
         def tell(progress: Progress) -> None:
-            bar.total = progress.total
-            bar.update(progress.done - bar.n)
+            kernels = f"{progress.done} of {progress.total} kernels"
+            bar.set_postfix_str(kernels, refresh=False)
+            bar.bar_format = begun if progress.share < _TOLD_FROM else form
+            bar.update(100.0 * progress.share - bar.n)
 
         late = compiler.run(tell)
-        bar.total = bar.n  # how many there are is known to a few beforehand, and now
+        bar.update(100.0 - bar.n)
         bar.refresh()
     return late
 

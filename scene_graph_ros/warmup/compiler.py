@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterable
+import contextlib
 from dataclasses import dataclass, field
 import queue
 import subprocess
@@ -13,7 +14,7 @@ from typing import NamedTuple
 
 from scene_graph_ros.geometry.compiled.readiness import is_ready, ready_marker
 from scene_graph_ros.warmup.groups import KernelGroup, MAIN
-from scene_graph_ros.warmup.task import COMPILED
+from scene_graph_ros.warmup.task import COMPILED, ENDED
 
 __all__ = ["Compiler", "CompilingError", "Progress"]
 
@@ -26,23 +27,26 @@ class CompilingError(RuntimeError):
 
 
 class Progress(NamedTuple):
-    """Kernels that were compiled, of about so many."""
+    """Kernels that were compiled, of about so many, and the share of the work, below 1."""
 
     done: int
     total: int
+    share: float
 
 
 @dataclass(eq=False)
 class _Task:
     """A function, as ``module:name``, that is run for a group; a check finds all compiled.
 
-    It begins when the groups of ``after`` are compiled.
+    It begins when the groups of ``after`` are compiled. Its last kernel takes as long as
+    ``long_end`` others.
     """
 
     group: str
     function: str
     is_check: bool
     after: tuple[str, ...] = ()
+    long_end: int = 0
     tail: deque[str] = field(default_factory=lambda: deque(maxlen=_TAIL))
 
 
@@ -50,6 +54,23 @@ class _Line(NamedTuple):
     task: _Task
     text: str
     exit_code: int | None = None
+    """0 where the task has ended, though its process goes on."""
+
+
+@dataclass(eq=False)
+class _Worker:
+    """A process that does tasks one after the other, and the one that it does now."""
+
+    process: subprocess.Popen[str]
+    task: _Task | None
+
+    def give(self, task: _Task) -> None:
+        """Have the process do a task; it may be gone, which its end then tells."""
+        self.task = task
+        assert self.process.stdin is not None
+        with contextlib.suppress(BrokenPipeError):
+            self.process.stdin.write(f"{task.function}\n")
+            self.process.stdin.flush()
 
 
 def _next_of(waiting: list[_Task], running: list[_Task]) -> _Task | None:
@@ -69,10 +90,14 @@ class Compiler:
         self._processes, self._niceness = processes, niceness
         self._lines: queue.SimpleQueue[_Line] = queue.SimpleQueue()
         self._lock = threading.Lock()
-        self._running: list[subprocess.Popen[str]] = []
+        self._workers: list[_Worker] = []
+        self._idle: list[_Worker] = []
+        """Those that have compiled: a check is to find in the cache what others keep there."""
         self._is_stopped = False
         self._total = 0
         self._compiled = 0
+        self._unfinished: list[_Task] = []
+        self._ends_left = self._ends = 0
         self._late: list[str] = []
 
     def run(self, tell: Callable[[Progress], None] = lambda progress: None) -> list[str]:
@@ -81,7 +106,10 @@ class Compiler:
         Returns the kernels that were compiled after all should have been there: none when all was
         well. Raises CompilingError.
         """
-        self._run_side_by_side(self._tasks(), tell)
+        try:
+            self._run_side_by_side(self._tasks(), tell)
+        finally:
+            self._end_workers()
         for group in self._groups:
             marker = ready_marker(group.name)
             marker.parent.mkdir(parents=True, exist_ok=True)
@@ -92,8 +120,8 @@ class Compiler:
         """End all processes; `run` raises."""
         with self._lock:
             self._is_stopped = True
-            for process in self._running:
-                process.kill()
+            for worker in self._workers:
+                worker.process.kill()
 
     def _tasks(self) -> list[_Task]:
         """Return all tasks, in the order in which they begin where they may.
@@ -109,7 +137,8 @@ class Compiler:
                 continue
             self._total += group.kernels
             after = () if is_main or group.is_apart else (MAIN,)
-            tasks = [_Task(name, each, False, after) for each in group.tasks]
+            ends = group.long_ends
+            tasks = [_Task(name, f, False, after, ends.get(f, 0)) for f in group.tasks]
             checks = [_Task(name, each, True, (MAIN, name)) for each in group.checks]
             (foundation if is_main else apart if group.is_apart else rest).extend(tasks)
             (rest if is_main else last).extend(checks)
@@ -117,6 +146,8 @@ class Compiler:
 
     def _run_side_by_side(self, waiting: list[_Task], tell: Callable[[Progress], None]) -> None:
         running: list[_Task] = []
+        self._unfinished = [task for task in waiting if not task.is_check]
+        self._ends = self._ends_left = sum(task.long_end for task in self._unfinished)
         while waiting or running:
             while len(running) < self._processes:
                 task = _next_of(waiting, running)
@@ -132,18 +163,30 @@ class Compiler:
             else:
                 running.remove(line.task)
                 self._require_success(line)
+                if not line.task.is_check:
+                    self._unfinished.remove(line.task)
+                    self._ends_left -= line.task.long_end
+                tell(self._progress())
 
     def _progress(self) -> Progress:
-        return Progress(self._compiled, max(self._compiled, self._total))
+        # Each task that has not ended has at least one kernel to come; then all are known.
+        total = self._compiled + len(self._unfinished)
+        if self._unfinished:
+            total = max(self._total, total)
+        left = total - self._compiled + self._ends_left
+        return Progress(self._compiled, total, 1.0 - left / max(total + self._ends, 1))
 
     def _start(self, task: _Task) -> None:
-        module = "scene_graph_ros.warmup.task"
-        command = [sys.executable, "-m", module, task.function, str(self._niceness)]
+        """Give a task to a process that has done another, or to a new one."""
         with self._lock:
             if self._is_stopped:
                 raise CompilingError("compiling was stopped")
+            if self._idle and not task.is_check:
+                self._idle.pop().give(task)
+                return
+            module = "scene_graph_ros.warmup.task"
             process = subprocess.Popen(  # noqa: S603
-                command,
+                [sys.executable, "-m", module, str(self._niceness)],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
@@ -151,18 +194,51 @@ class Compiler:
                 text=True,
                 errors="replace",
             )
-            self._running.append(process)
-        threading.Thread(target=self._follow, args=(task, process), daemon=True).start()
+            worker = _Worker(process, task)
+            self._workers.append(worker)
+            worker.give(task)
+        threading.Thread(target=self._follow, args=(worker,), daemon=True).start()
 
-    def _follow(self, task: _Task, process: subprocess.Popen[str]) -> None:
-        with process:
-            assert process.stdout is not None
-            for text in process.stdout:
+    def _follow(self, worker: _Worker) -> None:
+        process = worker.process
+        assert process.stdout is not None
+        for text in process.stdout:
+            task = worker.task
+            if task is None:
+                continue
+            if text.rstrip() != ENDED:
                 self._lines.put(_Line(task, text.rstrip()))
-            exit_code = process.wait()
-            with self._lock:
-                self._running.remove(process)
-        self._lines.put(_Line(task, "", exit_code))
+                continue
+            worker.task = None
+            if task.is_check:
+                self._end(worker)
+            else:
+                with self._lock:
+                    self._idle.append(worker)
+            self._lines.put(_Line(task, "", 0))
+        process.stdout.close()
+        exit_code = process.wait()
+        with self._lock:
+            self._workers.remove(worker)
+            if worker in self._idle:
+                self._idle.remove(worker)
+            if worker.task is not None:
+                self._lines.put(_Line(worker.task, "", exit_code))
+
+    @staticmethod
+    def _end(worker: _Worker) -> None:
+        """Have a process end, which it does with its standard input."""
+        assert worker.process.stdin is not None
+        with contextlib.suppress(OSError):
+            worker.process.stdin.close()
+
+    def _end_workers(self) -> None:
+        with self._lock:
+            workers = list(self._workers)
+        for worker in workers:
+            self._end(worker)
+        for worker in workers:
+            worker.process.wait()
 
     def _read(self, line: _Line) -> None:
         task, text = line.task, line.text

@@ -273,6 +273,9 @@ def test_the_first_cloud_has_contacts_wait(client, slow_node, tmp_path):
     answer = client.call("RegisterAnchoredGeometry", source=source, geometries=[cloud])
     assert answer.status.code == Status.OK, answer.status
     files.pid()
+    # The node reads of the first kernel when its turn comes.
+    is_told = lambda: COMPILING in client.call("HasCollisions").status.message  # noqa: E731
+    wait_until(is_told, "one kernel")
     for service in ("ComputePointPairPenetration", "HasCollisions", "CheckConfigurations"):
         status = client.call(service).status
         assert (status.code, COMPILING in status.message) == (Status.UNAVAILABLE, True), status

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+import os
 from pathlib import Path
 import shutil
 
@@ -33,7 +34,8 @@ def build_interfaces(
         *options,
     ]
     setup.run([cmake, *generator, "-S", source, "-B", build, *definitions], env)
-    setup.run([cmake, "--build", build], env)
+    # Ninja would take two more, which the kernels that are compiled beside it wait for.
+    setup.run([cmake, "--build", build, "--parallel", str(os.cpu_count() or 1)], env)
     setup.run([cmake, "--install", build], env)
     for stale in before - set(manifest.read_text().splitlines()):
         Path(stale).unlink(missing_ok=True)
