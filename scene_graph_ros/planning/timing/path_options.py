@@ -108,7 +108,7 @@ def _rates(
 ) -> EndRates:
     """Return the velocity and the acceleration of the positions that move at an end."""
     limits, nq = problem.limits, problem.path.shape[1]
-    if given == (None, None):
+    if all(each is None for each in given):
         return EndRates(*np.zeros((2, len(problem.rows))))
     rates = []
     for kind, most, each in zip(
