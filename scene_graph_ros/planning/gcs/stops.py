@@ -140,7 +140,7 @@ def _with_stops(
     waiting: list[Tie] = []
     while (candidates or waiting) and cost > least.cost * (1.0 + _SAVING):
         most = limit = cost * (1.0 - _SAVING)
-        tries = []
+        tries: list[GraphOfConvexSetsResult] = []
         for tie in candidates:
             tries.append(_stopped_at(tie, solve, edges, limit))
             limit = min(limit, tries[-1].cost)
