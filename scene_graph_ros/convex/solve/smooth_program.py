@@ -26,6 +26,11 @@ _SHARP, _ROUGH = 1e-6, 1e-3
 """Norms are ``sqrt(|w|^2 + s^2)``, s being these parts of their sizes. Rough ones come first only
 where a search does not end at the sharp ones."""
 
+_SHARPER = (1e-4, 1e-5, _SHARP)
+"""Then they become sharper in turn, each search from the end of the one before. A point of norms
+as sharp as the first of these is a local optimum, of costs that are that near: where a norm
+vanishes, a search for the sharpest ones may take tiny steps without an end."""
+
 _DEPENDENT = 1e-11
 """Of the longest row: what is left of a row less others, where it depends on them."""
 
@@ -69,6 +74,7 @@ _HOW: dict[str, dict[str, Any]] = {
     "rough_near": {"ipopt.mu_init": 1e-4, **dict.fromkeys(_PUSHED, 1e-6)},
     # From the point and the multipliers of the run before.
     "again": {
+        **_QUICK,
         "ipopt.mu_init": 1e-5,
         "ipopt.warm_start_init_point": "yes",
         **{name.replace("ipopt.", "ipopt.warm_start_"): 1e-8 for name in _PUSHED},
@@ -180,10 +186,21 @@ class SmoothProgram:
             y, is_solved, _ = self._run("near" if is_near else "far", first, _SHARP, {})
         if not is_solved and is_patient:
             self._is_rough = True
-            y, _, told = self._run("rough_near" if is_near else "rough", first, _ROUGH, {})
-            if np.isfinite(y).all():
-                y, is_solved, told = self._run("again", y, _SHARP, told)
+            y, is_solved = self._ever_sharper("rough_near" if is_near else "rough", first)
         return (y[: len(start)], is_solved) if np.isfinite(y).all() else (start, False)
+
+    def _ever_sharper(self, how: str, first: np.ndarray) -> tuple[np.ndarray, bool]:
+        """Return the point of the sharpest norms at which a search ends well, and whether any."""
+        best, _, told = self._run(how, first, _ROUGH, {})
+        is_solved = False
+        for smoothed in _SHARPER:
+            if not np.isfinite(best).all():
+                break
+            y, is_better, told = self._run("again", best, smoothed, told)
+            if not is_better:
+                return best if is_solved else y, is_solved
+            best, is_solved = y, True
+        return best, is_solved
 
     def _run(
         self, how: str, start: np.ndarray, smoothed: float, told: dict[str, Any]

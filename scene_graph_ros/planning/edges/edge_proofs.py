@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -44,6 +45,18 @@ def edge_scratch(plan: CheckerPlan) -> EdgeScratch:
     )
 
 
+_kept = threading.local()
+"""Of each thread the scratch arrays of the plan that it asked about last: they change seldom."""
+
+
+def _kept_scratch(plan: CheckerPlan) -> EdgeScratch:
+    """Return this thread's scratch arrays for a plan."""
+    newest: tuple[CheckerPlan, EdgeScratch] | None = getattr(_kept, "newest", None)
+    if newest is None or newest[0] is not plan:
+        newest = _kept.newest = plan, edge_scratch(plan)
+    return newest[1]
+
+
 def prove(
     plan: CheckerPlan,
     edges: NDArray[np.float64],
@@ -65,7 +78,7 @@ def prove(
     flag = new_stop() if stop is None else stop
 
     def prove_all(one: CheckerPlan, some: NDArray[np.float64], to: Any) -> None:
-        own = edge_scratch(one) if scratch is None or one is not plan else scratch
+        own = _kept_scratch(one) if scratch is None or one is not plan else scratch
         prove_edges(one.checked, some, rules, flag, EdgeProofs(*to), own)
 
     def prove_part(part: slice) -> None:

@@ -37,7 +37,13 @@ from scene_graph_ros.planning.gcs.region_pairs import (
 )
 from scene_graph_ros.planning.gcs.result import GcsTrajectoryResult
 from scene_graph_ros.planning.gcs.segment_variables import SegmentVariables
-from scene_graph_ros.planning.gcs.stops import best_with_stops, bound_of_given, Tie, ties_undone
+from scene_graph_ros.planning.gcs.stops import (
+    best_with_stops,
+    bound_of_given,
+    restricted,
+    Tie,
+    ties_undone,
+)
 from scene_graph_ros.planning.gcs.subgraph import Subgraph
 from scene_graph_ros.planning.gcs.termination import in_time
 from scene_graph_ros.trajectories.composite_trajectory import CompositeTrajectory
@@ -352,9 +358,7 @@ class GcsTrajectoryOptimization(AllSubgraphs):
         def find() -> Solved:
             found = self._graph.solve_convex_restriction(edges, chosen)
             on_way = [tie for tie in self._ties() if tie.edge in edges]
-            found = bound_of_given(
-                found, on_way, edges, lambda e: self._graph.solve_convex_restriction(e, chosen)
-            )
+            found = bound_of_given(found, on_way, edges, restricted(chosen))
             return self._solved(found, chosen)
 
         return self._whole_edits.try_out(lambda: [ties_undone(self._ties())], find)
@@ -365,12 +369,8 @@ class GcsTrajectoryOptimization(AllSubgraphs):
         """Return the trajectory of a path, with stops where they make it cost less."""
         ties = {tie.edge.id: tie for tie in self._ties()}
         if ties:
-            found = best_with_stops(
-                found,
-                ties,
-                {edge.id: edge for edge in self._graph.edges},
-                lambda edges: self._graph.solve_convex_restriction(edges, options),
-            )
+            edges = {edge.id: edge for edge in self._graph.edges}
+            found = best_with_stops(found, ties, edges, restricted(options))
         joined = (*self._subgraphs, *self._between)
         leaving = [edge for edge in self._graph.edges if edge.id in found.path]
         return found_trajectory(found, self._subgraphs, joined, leaving)

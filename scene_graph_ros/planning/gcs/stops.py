@@ -18,11 +18,13 @@ from scene_graph_ros.convex.errors import SolverError
 from scene_graph_ros.convex.graphs.expressions.expressions import Constraint
 from scene_graph_ros.convex.graphs.expressions.transcription import Transcription
 from scene_graph_ros.convex.graphs.model.edge import Edge
+from scene_graph_ros.convex.graphs.model.options import GraphOfConvexSetsOptions
 from scene_graph_ros.convex.graphs.model.whole_edits import Undo
 from scene_graph_ros.convex.graphs.search.path_answer import no_path
 from scene_graph_ros.convex.graphs.search.result import GraphOfConvexSetsResult
+from scene_graph_ros.convex.graphs.search.with_slack import solve_restriction
 
-__all__ = ["Tie", "best_with_stops", "bound_of_given", "ties_undone"]
+__all__ = ["Tie", "best_with_stops", "bound_of_given", "restricted", "ties_undone"]
 
 _SAVING = 1e-4
 """Of a cost: what stops must save at least, all of them or a further one."""
@@ -30,7 +32,8 @@ _SAVING = 1e-4
 _MOST = 8
 """Meetings that are tried: those whose durations differ most where they are free to."""
 
-Solve = Callable[[Sequence[Edge]], GraphOfConvexSetsResult]
+Solve = Callable[[Sequence[Edge], float], GraphOfConvexSetsResult]
+"""Returns a path's best points; of one that costs a limit at least perhaps its bound alone."""
 
 
 class Tie(NamedTuple):
@@ -70,6 +73,13 @@ def ties_undone(ties: Iterable[Tie]) -> Undo:
             tie.hold()
 
     return undo
+
+
+def restricted(options: GraphOfConvexSetsOptions | None) -> Solve:
+    """Return the function that solves a path as `solve_convex_restriction` does."""
+    solver = None if options is None else options.of_restriction
+    is_over = None if options is None else options.termination_func
+    return lambda edges, limit: solve_restriction(edges, None, solver, is_over, limit)
 
 
 def best_with_stops(
@@ -129,10 +139,15 @@ def _with_stops(
     # Those that saved something the time before are tried first, and others if none of them does.
     waiting: list[Tie] = []
     while (candidates or waiting) and cost > least.cost * (1.0 + _SAVING):
-        tries = [_stopped_at(tie, solve, edges) for tie in candidates]
-        saving = [each.cost < cost * (1.0 - _SAVING) for each in tries]
+        most = limit = cost * (1.0 - _SAVING)
+        tries: list[GraphOfConvexSetsResult] = []
+        for tie in candidates:
+            tries.append(_stopped_at(tie, solve, edges, limit))
+            limit = min(limit, tries[-1].cost)
+        # One that can't be the best of these may be the best of the next.
+        saving = [(x.cost if x.is_success else x.lower_bound) < most for x in tries]
         idle = [tie for tie, saves in zip(candidates, saving, strict=True) if not saves]
-        if not any(saving):
+        if limit == most:
             if not waiting:
                 break
             candidates, waiting = waiting, []
@@ -153,26 +168,27 @@ def _untied(
     """Return the points of a path where neither is asked; None where there are none."""
     for tie in ties:
         tie.free()
-    least = _tried(solve, edges)
+    least = _tried(solve, edges, np.inf)
     for tie in ties:
         tie.hold()
-    return least
+    return least if least is not None and least.is_success else None
 
 
-def _stopped_at(tie: Tie, solve: Solve, edges: Sequence[Edge]) -> GraphOfConvexSetsResult:
+def _stopped_at(
+    tie: Tie, solve: Solve, edges: Sequence[Edge], limit: float
+) -> GraphOfConvexSetsResult:
     tie.stop()
-    answer = _tried(solve, edges)
+    answer = _tried(solve, edges, limit)
     tie.hold()
     return no_path("") if answer is None else answer
 
 
-def _tried(solve: Solve, edges: Sequence[Edge]) -> GraphOfConvexSetsResult | None:
-    """Return the best points of a path; None where there are none, or none were found."""
+def _tried(solve: Solve, edges: Sequence[Edge], limit: float) -> GraphOfConvexSetsResult | None:
+    """Return the best points of a path; None where the solver failed."""
     try:
-        answer = solve(edges)
+        return solve(edges, limit)
     except SolverError:
         return None
-    return answer if answer.is_success else None
 
 
 def _difference(found: GraphOfConvexSetsResult, tie: Tie) -> float:

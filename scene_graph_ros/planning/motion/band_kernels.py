@@ -7,28 +7,29 @@ __all__ = ["solve_band"]
 
 
 @inlined_kernel
-def solve_band(band, width, right, shares, inverses):
+def solve_band(band, width, right, inverses):
     """Solve a symmetric positive definite system for two right sides ``(2, n)``, in place.
 
     ``band`` ``(n, at least width + LANES)`` has the diagonal and what is right of it in each row:
     column s of row p is entry (p, p + s). It is 0 from column ``width`` on, and beyond the matrix.
     By L D L^T, row by row (Golub and Van Loan, *Matrix Computations*, 2013, section 4.3); the band
-    becomes D L^T. ``shares`` ``(width,)`` and ``inverses`` ``(n,)`` are scratch.
+    becomes D L^T. ``inverses`` ``(n,)`` is scratch. Each row is subtracted from all that follow,
+    so that no subtraction waits for the one before.
     """
     n, stride = band.shape
-    for row in range(n):
-        first = max(0, row - width + 1)
-        for p in range(first, row):
-            share = band[p, row - p] * inverses[p]
-            shares[p - first] = share
-            right[0, row] -= share * right[0, p]
-            right[1, row] -= share * right[1, p]
-        for s in range(0, width, LANES):
-            total = load_lanes(band, row * stride + s)
-            for p in range(max(first, row + s - width + 1), row):
-                total = total - shares[p - first] * load_lanes(band, p * stride + row - p + s)
-            store_lanes(band, row * stride + s, total)
-        inverses[row] = 1.0 / band[row, 0]
+    for p in range(n):
+        inverse = 1.0 / band[p, 0]
+        inverses[p] = inverse
+        first, second = right[0, p], right[1, p]
+        for away in range(1, min(width, n - p)):
+            row, share = p + away, band[p, away] * inverse
+            right[0, row] -= share * first
+            right[1, row] -= share * second
+            for s in range(0, width - away, LANES):
+                own = load_lanes(band, row * stride + s)
+                store_lanes(
+                    band, row * stride + s, own - share * load_lanes(band, p * stride + away + s)
+                )
     for row in range(n - 1, -1, -1):
         for side in range(2):
             # Two sums, which do not wait for each other.

@@ -91,7 +91,7 @@ def _retimed(
     """Return the fastest motion along a spline's curve, where accelerations may jump, or None."""
     curve = np.empty((spline.spans, 4, len(problem.rows)))
     curve[:] = problem.path[0, problem.rows]
-    curve[:, :, np.isin(problem.rows, room.rows)] = spline.bezier()
+    curve[:, :, room.moves[problem.rows]] = spline.bezier()
     curve[0, 0], curve[-1, -1] = problem.path[0, problem.rows], problem.path[-1, problem.rows]
     path = PiecewisePolynomial(np.arange(spline.spans + 1.0), curve)
     sampled = sample_along(path, problem.limits, retimer=problem.retimer)
@@ -152,7 +152,7 @@ def _sampled(
 
     They are of all that has limits, and within them.
     """
-    path, moves = problem.path[:, problem.rows], np.isin(problem.rows, room.rows)
+    path, moves = problem.path[:, problem.rows], room.moves[problem.rows]
     seconds = spline.seconds
     for _ in range(_SLOWER):
         step = max(math.ceil(seconds * 1e9), 1)

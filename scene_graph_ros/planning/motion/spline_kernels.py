@@ -66,7 +66,7 @@ class _Scratch(NamedTuple):
     bend: np.ndarray
     """``(k, w)``."""
     whole: np.ndarray
-    """``(4 k + LANES,)``: a row of ``bend``, by the weights of four control points, and then 0."""
+    """``(k, 4 k + LANES)``: ``bend``, by the weights of four control points, and then 0."""
 
 
 @inlined_kernel
@@ -276,6 +276,7 @@ def _at_place(rows, n, m, c, scratch):
 def _add_half_spaces(rows, c, band, right, scratch):
     """Add derivatives of the half-spaces' barrier."""
     k, free, m, stride = c.shape[1], len(c) - 2 * _FIXED, 0, band.shape[1]
+    wide, length = len(scratch.normal), scratch.whole.shape[1]
     for n in range(len(rows.spans)):
         if m == rows.ends[n]:
             continue
@@ -285,15 +286,18 @@ def _add_half_spaces(rows, c, band, right, scratch):
         begin, end = max(0, -first), min(4, free - first)
         for j in range(k):
             for to in range(begin, 4):
+                # What is beyond k is 0, and then the next one's.
                 weight = rows.weights[n, to] if to < end else 0.0
-                for i in range(k):
-                    scratch.whole[to * k + i] = weight * scratch.bend[j, i]
+                for i in range(0, wide, LANES):
+                    more = weight * load_lanes(scratch.bend, j * wide + i)
+                    store_lanes(scratch.whole, j * length + to * k + i, more)
+        for j in range(k):
             for at in range(begin, end):
                 row, weight = (first + at) * k + j, rows.weights[n, at]
                 right[0, row] += weight * scratch.slope[j]
                 # What is beyond the control points is 0.
                 for i in range(0, (end - at) * k - j, LANES):
-                    more = weight * load_lanes(scratch.whole, at * k + j + i)
+                    more = weight * load_lanes(scratch.whole, j * length + at * k + j + i)
                     to = row * stride + i
                     store_lanes(band, to, load_lanes(band, to) + more)
 
@@ -327,10 +331,11 @@ def fastest_spline(limits, ends, low, high, rows, c, u, gap):
     free = count - 2 * _FIXED
     changes, trial = np.empty((2 * _FIXED, k)), np.empty((count, k))
     band, right = np.empty((free * k, 4 * k + LANES)), np.empty((2, free * k))
-    gradient, shares, inverses = np.empty((2, free * k)), np.empty(4 * k), np.empty(free * k)
+    gradient, inverses = np.empty((2, free * k)), np.empty(free * k)
     wide = (k + LANES - 1) // LANES * LANES
     normal, slopes, bends = np.zeros(wide), np.empty(wide), np.empty((k, wide))
-    scratch = _Scratch(np.empty(k), normal, slopes, bends, np.zeros(4 * k + LANES))
+    whole = np.zeros((k, 4 * k + LANES))
+    scratch = _Scratch(np.empty(k), normal, slopes, bends, whole)
     bounds = 2.0 * k * free + len(rows.offsets)
     for order in range(1, len(limits) + 1):
         bounds += 2.0 * k * (free + order)
@@ -347,7 +352,7 @@ def fastest_spline(limits, ends, low, high, rows, c, u, gap):
         _add_box(low, high, c, band, right)
         _add_half_spaces(rows, c, band, right, scratch)
         gradient[:, :] = right
-        solve_band(band, 4 * k, right, shares, inverses)
+        solve_band(band, 4 * k, right, inverses)
         faster, decrement = _direction(gradient, right, slope + weight, bend)
         steps, size = steps + 1, 1.0
         while size > _SHORTEST:

@@ -146,6 +146,13 @@ class SplineRoom(NamedTuple):
     """``(k,)``: of positions."""
     upper: Array
 
+    @property
+    def moves(self) -> NDArray[np.bool_]:
+        """Which positions move, ``(nq,)``."""
+        result = np.zeros(len(self.at), dtype=np.bool_)
+        result[self.rows] = True
+        return result
+
     def whole(self, points: Array) -> Array:
         """Return configurations ``(..., nq)`` of the positions that move ``(..., k)``."""
         result = np.empty((*points.shape[:-1], len(self.at)))
@@ -157,7 +164,7 @@ class SplineRoom(NamedTuple):
         """Return the least time from knot to knot that limits allow."""
         most, differences = 0.0, control_points
         for order, own in enumerate(self.limits, start=1):
-            differences = np.diff(differences, axis=0)
+            differences = differences[1:] - differences[:-1]
             most = max(most, float((np.abs(differences) / own).max()) ** (1.0 / order))
         return most
 
@@ -225,6 +232,10 @@ class Sampling(NamedTuple):
     """``(n,)``: the interval of each place."""
     weights: Array
     """``(n, 4)``: of its control points."""
+    around: NDArray[np.int64]
+    """``(4, n)``: these control points."""
+    shares: Array
+    """``(4, n, k)``: their weights, once for each position."""
 
     @classmethod
     def of(cls, room: SplineRoom, counts: NDArray[np.int64]) -> Sampling:
@@ -242,7 +253,9 @@ class Sampling(NamedTuple):
             ],
             axis=1,
         )
-        return cls(room, counts, spans, weights)
+        around = spans + np.arange(4)[:, np.newaxis]
+        shares = np.repeat(weights.T[:, :, np.newaxis], len(room.rows), axis=2)
+        return cls(room, counts, spans, weights, around, shares)
 
     @classmethod
     def even(cls, room: SplineRoom, spans: int) -> Sampling:
@@ -255,8 +268,7 @@ class Sampling(NamedTuple):
 
     def places(self, control_points: Array) -> _Places:
         """Return the places of a spline, with the pairs that are near."""
-        chosen = control_points[self.spans[:, np.newaxis] + np.arange(4)]
-        q = (self.weights[:, :, np.newaxis] * chosen).sum(axis=1)
+        q = (self.shares * control_points.take(self.around, axis=0)).sum(axis=0)
         near = near_rows(self.room.plan, self.room.whole(q), _NEAR)
         owners = np.repeat(np.arange(len(q)), near.counts)
         least = np.full(len(q), _NEAR)
@@ -288,12 +300,12 @@ def good_duration(room: SplineRoom, spline: Spline, least_time: float) -> float:
     ends = np.zeros((2, 3, 1))
     ends[:, 0] = own[[0, -1]]
     reach = float(np.abs(own - own[0]).max())
-    box = np.broadcast_to(own[0], (len(own) - 2 * _FIXED, 1))
+    shape = len(own) - 2 * _FIXED, 1
     none = np.empty(0, np.int64)
     spaces = HalfSpaces(none, np.empty((0, 4)), none, np.empty((0, 1)), np.empty(0))
     seconds = np.array([_ROOM * spline.seconds])
     limits = np.ascontiguousarray(room.limits[:, slowest : slowest + 1])
-    low, high = box - 2.0 * reach, box + 2.0 * reach
+    low, high = (np.full(shape, own[0, 0] + side * reach) for side in (-2.0, 2.0))
     fastest_spline(limits, ends, low, high, spaces, own, seconds, _SAVED)
     return max(GOOD_ENOUGH * least_time, spline.spans * float(seconds[0]))
 

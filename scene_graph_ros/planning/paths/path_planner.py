@@ -354,16 +354,22 @@ def _proven(
         ends = free if len(free) > 1 else np.repeat(free, 2, axis=0)
         edges = np.stack([ends[:-1], ends[1:]], axis=1)
         proofs = problem.prove(problem.checker.plan, edges, rules, stop=stop)
-        # Conditions hold on all of it, also where it is led out.
-        every = np.stack([whole[:-1], whole[1:]], axis=1) if len(whole) > 1 else edges
-        is_held = bool((problem.held.prove(every, stop=stop).answers == HELD).all())
-        if is_held and (proofs.statuses == FREE).all():
+        if _is_held(problem, whole, edges) and (proofs.statuses == FREE).all():
             whole.setflags(write=False)
             least = max(float(proofs.numbers[:, 2].min()), 0.0)
             length = problem.space.length(whole)
             sizes, edges_seen = problem.search.tree_sizes, problem.search.edges
             return Plan(whole, least, length, goal, None, None, sizes, edges_seen, free_from)
     return _not_found(problem, "found, but not proven once more")
+
+
+def _is_held(problem: _Problem, whole: NDArray[np.float64], edges: NDArray[np.float64]) -> bool:
+    """Tell whether conditions hold on all of a path, also where it is led out."""
+    if not problem.held:
+        return True
+    every = np.stack([whole[:-1], whole[1:]], axis=1) if len(whole) > 1 else edges
+    proofs = problem.held.prove(every, stop=problem.stops.proving)
+    return bool((proofs.answers == HELD).all())
 
 
 def _not_found(problem: _Problem, what: str = "found") -> Plan:

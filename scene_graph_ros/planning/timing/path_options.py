@@ -91,6 +91,8 @@ def _rows(problem: TimingProblem, name: str, given: ArrayLike) -> NDArray[np.boo
     """Return a mask ``(n,)`` of the named rows of the path."""
     count = len(problem.path)
     result = np.zeros(count, dtype=np.bool_)
+    if isinstance(given, tuple) and not given:
+        return result
     rule = f"{name} must be rows of the path, 0 to {count - 1}"
     rows = whole_array(given, rule, TrajectoryError)
     if rows.size == 0:
@@ -106,6 +108,8 @@ def _rates(
 ) -> EndRates:
     """Return the velocity and the acceleration of the positions that move at an end."""
     limits, nq = problem.limits, problem.path.shape[1]
+    if all(each is None for each in given):
+        return EndRates(*np.zeros((2, len(problem.rows))))
     rates = []
     for kind, most, each in zip(
         ("velocity", "acceleration"),

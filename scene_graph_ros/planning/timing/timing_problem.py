@@ -247,7 +247,7 @@ def _require_limits(tree: KinematicTree, q: NDArray[np.float64], rows: NDArray[n
     """Raise TrajectoryError where a path ``(n, nq)`` moves positions without limits."""
     for _, name in turning_quaternions(tree, q[np.newaxis]):
         raise TrajectoryError(f"the path turns the floating joint {name!r}: it can't be timed")
-    moves = np.ptp(q, axis=0) > 0.0
+    moves = (q != q[0]).any(axis=0)
     moves[rows] = False
     for column in np.flatnonzero(moves):
         raise TrajectoryError(

@@ -81,3 +81,39 @@ def test_what_has_no_point_is_no_optimum():
     program.add_least(np.array([[1.0], [-1.0]]), np.array([-1.0, -1.0]))
     assert not program.solve(np.zeros(1))[1]
     assert SmoothProgram(0).solve(np.zeros(0))[1]
+
+
+@pytest.mark.parametrize(("failing", "expected"), [(None, 1e-6), (1e-6, 1e-5), (1e-5, 1e-4)])
+def test_norms_as_sharp_as_a_search_ends_well_at(monkeypatch, failing, expected):
+    """Searches at sharp norms from the start fail; then norms become sharper in turn.
+
+    |y - p| with p on the edge of y <= p: rounded by s, its derivative there is 0.
+    """
+    program = nearest_to([0.25], "norm")
+    program.add_least(np.array([[-1.0]]), np.array([0.25]))
+    run, asked = SmoothProgram._run, []
+
+    def some_fail(self, how, start, smoothed, told):
+        point, is_solved, told = run(self, how, start, smoothed, told)
+        asked.append((how, smoothed))
+        fails = how == "near" or smoothed == failing
+        return (point + 1.0 if fails else point), is_solved and not fails, told
+
+    monkeypatch.setattr(SmoothProgram, "_run", some_fail)
+    point, is_optimal = program.solve(np.array([-1.0]), is_near=True)
+    assert is_optimal
+    np.testing.assert_allclose(point, [0.25], atol=1e-4)
+    steps = [smoothed for how, smoothed in asked if how == "again"]
+    assert steps == sorted(steps, reverse=True)
+    assert [s for s in steps if s != failing][-1] == expected
+    if failing is not None:
+        assert steps[-1] == failing
+
+
+def test_no_sharpness_at_which_a_search_ends_well():
+    """A search that ends at rough norms alone has no local optimum."""
+    program = nearest_to([0.25], "norm")
+    rough = program._run("rough", np.array([-1.0]), 1e-3, {})
+    assert rough[1]
+    program._run = lambda how, *_: rough if how == "rough" else (rough[0], False, rough[2])
+    assert not program.solve(np.array([-1.0]))[1]

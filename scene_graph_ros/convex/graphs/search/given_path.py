@@ -73,15 +73,17 @@ def solve_restriction(
     guess: Sequence[np.ndarray] | None = None,
     solver: SolverChoice | None = None,
     is_over: Callable[[], bool] | None = None,
+    limit: float = np.inf,
 ) -> GraphOfConvexSetsResult:
     """Return the best points of a path, as `solve_convex_restriction` promises.
 
-    None where ``is_over`` says that it is time to stop before they are found.
+    None where ``is_over`` says that it is time to stop before they are found. Of a path whose
+    convex part costs ``limit`` at least there may be the lower bound alone.
     """
     if is_over is not None and is_over():
         return no_path_in_time()
     try:
-        return _restricted(active, guess, solver, is_over)
+        return _restricted(active, guess, solver, is_over, limit)
     except StoppedError:
         return no_path_in_time()
 
@@ -91,6 +93,7 @@ def _restricted(
     guess: Sequence[np.ndarray] | None,
     solver: SolverChoice | None,
     is_over: Callable[[], bool] | None,
+    limit: float,
 ) -> GraphOfConvexSetsResult:
     """Return the best points of a path. Raises StoppedError where it was ended before."""
     label = "GraphOfConvexSets.solve_convex_restriction: active_edges"
@@ -110,18 +113,20 @@ def _restricted(
     if found is not None:
         return found
 
-    def solve(places: Places | None) -> GraphOfConvexSetsResult:
+    def solve(places: Places | None, most: float = np.inf) -> GraphOfConvexSetsResult:
         problem = problem_of(
             visited, active, network_of(visited, active, *ends), used, None, places
         )
         problem = replace(problem, solver=solver, is_over=is_over)
-        best = restrict(problem, range(len(active)), guess)
+        best = restrict(problem, range(len(active)), guess, limit=most)
         if not best.points:
+            if best.lower_bound < np.inf:
+                return replace(no_path("it costs too much"), lower_bound=best.lower_bound)
             return no_path("the path can't keep its constraints, which is proven")
         return _answer(visited, active, best, used)
 
     if all(vertex.is_bounded for vertex in visited):
-        return solve(None)
+        return solve(None, limit)
 
     def solve_in(
         some: Sequence[Vertex], _: Sequence[Edge], places: Places, __: bool

@@ -56,12 +56,16 @@ def solve_restriction(
     initial_guess: Any,
     solver: SolverChoice | None,
     is_over: Callable[[], bool] | None,
+    limit: float = np.inf,
 ) -> GraphOfConvexSetsResult:
-    """Return a path's best points, as `GraphOfConvexSets.solve_convex_restriction` promises."""
+    """Return a path's best points, as `GraphOfConvexSets.solve_convex_restriction` promises.
+
+    Of a path whose convex part costs ``limit`` at least there may be the lower bound alone.
+    """
     guess = given_path.guessed_points(initial_guess, edges)
     visited = [] if not edges else [edges[0].u, *(edge.v for edge in edges)]
     if not has_slack(visited) and not has_slack(edges):
-        return given_path.solve_restriction(edges, guess, solver, is_over)
+        return given_path.solve_restriction(edges, guess, solver, is_over, limit)
     lifted = LiftedSlack()
     some = [each for edge in edges for each in lifted.edge(edge)]
     if guess is not None:
@@ -69,7 +73,7 @@ def solve_restriction(
         at = dict(zip((vertex.id for vertex in visited), guess, strict=True))
         ends = [some[0].u, *(edge.v for edge in some)]
         guess = [_guessed(vertex, lifted, at, known) for vertex in ends]
-    return as_asked(given_path.solve_restriction(some, guess, solver, is_over), lifted)
+    return as_asked(given_path.solve_restriction(some, guess, solver, is_over, limit), lifted)
 
 
 def _guessed(

@@ -97,6 +97,7 @@ class PathSearch:
         self._trees = _room(_ROOM, nq)
         self._path = new_corners(np.empty((0, nq)), 1, 1.0)
         self._samples = np.empty((0, nq))
+        self._longest_step = task.space.longest_step
         self._state = np.zeros(ENTRIES, dtype=np.int64)
         self._state[LOOKS] = ENDLESS
         self.scratch = edge_scratch(task.plan)
@@ -200,7 +201,7 @@ class PathSearch:
             self._task.stop,
             SearchTables(
                 table,
-                self._task.space.longest_step,
+                self._longest_step,
                 self._trees,
                 self._path,
                 self._samples,

@@ -107,7 +107,9 @@ class PositionSpace:
 
     def settled(self, path: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return a path ``(n, nq)`` without the rounding between two of its numbers."""
-        return np.concatenate([path[:1], np.clip(path[1:-1], self.least, self.most), path[-1:]])
+        if len(path) == 2:
+            return path.copy()
+        return np.concatenate([path[:1], path[1:-1].clip(self.least, self.most), path[-1:]])
 
     def length(self, path: NDArray[np.float64]) -> float:
         """Return the length of a path ``(n, nq)`` whose turns have been counted, rad and m."""

@@ -1,0 +1,73 @@
+"""Stops where segments meet: choices whose convex part costs too much are not made smooth."""
+
+import numpy as np
+import pytest
+
+from scene_graph_ros.convex.graphs.search.with_slack import solve_restriction
+from scene_graph_ros.convex.solve.smooth_program import SmoothProgram
+from scene_graph_ros.geometry.optimization import HPolyhedron, Point
+from scene_graph_ros.planning import GcsTrajectoryOptimization
+
+CORRIDOR = [
+    ([-0.59, -0.34], [1.83, 0.34]),
+    ([0.48, -0.77], [2.0, 2.15]),
+    ([0.85, 0.7], [3.06, 2.07]),
+    ([2.26, 0.75], [6.91, 2.02]),
+]
+ENDS = [[0.0, 0.0], [6.5, 1.39]]
+
+
+def along_a_corridor():
+    """Return a problem with bounded velocities and accelerations, and its start and goal."""
+    c, s = np.cos(0.5), np.sin(0.5)
+    turned = np.array([[c, -s], [s, c]])
+    rows = np.concatenate([turned.T, -turned.T])
+    sets = [HPolyhedron(rows, np.append(high, np.negative(low))) for low, high in CORRIDOR]
+    graph = GcsTrajectoryOptimization(2)
+    free = graph.add_regions(sets, 6, h_min=0.01)
+    start, goal = (graph.add_regions([Point(turned @ at)], 0) for at in ENDS)
+    graph.add_edges(start, free)
+    graph.add_edges(free, goal)
+    graph.add_time_cost()
+    graph.add_path_length_cost(0.1)
+    graph.add_velocity_bounds([-1.0, -1.0], [1.0, 1.0])
+    graph.add_path_continuity_constraints(1)
+    graph.add_continuity_constraints(1)
+    graph.add_nonlinear_derivative_bounds([-2.0, -2.0], [2.0, 2.0], 2)
+    return graph, start, goal
+
+
+def test_few_choices_of_stops_are_made_smooth(monkeypatch):
+    """The cost is that of trying all: with equal durations, untied, and with the best stop."""
+    pytest.importorskip("casadi")
+    graph, start, goal = along_a_corridor()
+    made, solve = [], SmoothProgram.solve
+
+    def counted(self, *arguments, **options):
+        made.append(id(self))
+        return solve(self, *arguments, **options)
+
+    monkeypatch.setattr(SmoothProgram, "solve", counted)
+    trajectory, result = graph.solve_path(start, goal)
+    assert result.is_success
+    assert abs(trajectory.jumps(1)).max() <= 1e-9
+    # Where all stops are made smooth, there are six, of a cost of 6.75752.
+    assert len(made) <= 4
+    assert result.cost <= 6.7576
+    assert result.lower_bound <= result.cost
+
+
+def test_a_path_that_costs_a_limit_has_its_bound_alone():
+    """And one that costs less is as without a limit."""
+    pytest.importorskip("casadi")
+    graph, start, goal = along_a_corridor()
+    result = graph.solve_path(start, goal)[1]
+    edges = {edge.id: edge for edge in graph.graph_of_convex_sets.edges}
+    way = [edges[number] for number in result.graph_result.path]
+    way = [edge for edge in way if edge.u.ambient_dimension and edge.v.ambient_dimension]
+    free = solve_restriction(way, None, None, None)
+    for limit, is_success in ((free.lower_bound * 0.99, False), (free.cost * 1.01, True)):
+        found = solve_restriction(way, None, None, None, limit)
+        assert found.is_success is is_success
+        assert found.lower_bound == free.lower_bound
+        assert found.cost == (free.cost if is_success else np.inf)
