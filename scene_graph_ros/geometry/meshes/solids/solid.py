@@ -23,7 +23,7 @@ from scene_graph_ros.geometry.meshes.solids.half_edges import (
     open_half_edges,
 )
 from scene_graph_ros.geometry.meshes.solids.kept_solid import kept_solid
-from scene_graph_ros.geometry.meshes.solids.mesh_report import MeshReport, Repair
+from scene_graph_ros.geometry.meshes.solids.mesh_report import merged, MeshReport, Repair
 from scene_graph_ros.geometry.meshes.solids.parts import (
     are_flat,
     find_parts,
@@ -34,7 +34,7 @@ from scene_graph_ros.geometry.meshes.solids.parts import (
 )
 from scene_graph_ros.geometry.meshes.solids.repair import repaired, share_turned, without_copies
 from scene_graph_ros.geometry.meshes.solids.shed import without_membranes
-from scene_graph_ros.geometry.meshes.solids.union import unite, United
+from scene_graph_ros.geometry.meshes.solids.union import unite, United, without_small_sheets
 from scene_graph_ros.geometry.meshes.solids.walk import count_apart, walk_parts
 
 __all__ = ["Solid", "one_closed_part", "solid_of"]
@@ -163,7 +163,9 @@ def _of_any_parts(vertices: FloatArray, triangles: IntArray, tolerance: float) -
     if len(parts.against):
         x, y, z = (float(c) for c in vertices[parts.triangles[parts.against[0]]].mean(axis=0))
         repairs.append(Repair("triangles turned", len(parts.against), (x, y, z)))
-    open_triangles = np.concatenate([parts.triangles[~parts.is_closed[parts.label]], membranes])
+    least = size if len(united.triangles) else 0.0
+    sheets_of = without_small_sheets(vertices, parts, least, repairs)
+    open_triangles = np.concatenate([sheets_of, membranes])
     sheets = vertices[open_triangles]
     sheet_label = _labels(open_triangles)
     open_edges = vertices[open_half_edges(open_triangles)[0]]
@@ -235,7 +237,7 @@ def _report(
             edges = "1 edge is" if len(open_edges) == 1 else f"{len(open_edges)} edges are"
             reason = f"{edges} open, one at ({place}), so a sheet has two sides and no inside"
     is_closed = closed > 0 and not sheets and not united.doubt
-    return MeshReport(closed, united.cavities, sheets, tuple(repairs), is_closed, reason)
+    return MeshReport(closed, united.cavities, sheets, tuple(merged(repairs)), is_closed, reason)
 
 
 def _assembled(

@@ -43,7 +43,7 @@ from scene_graph_ros.geometry.meshes.solids.slivers import Corners, SHORT
 from scene_graph_ros.geometry.meshes.solids.winding import Tree, winding_numbers
 from scene_graph_ros.geometry.meshes.triangle_boxes import triangle_boxes
 
-__all__ = ["United", "unite"]
+__all__ = ["United", "unite", "without_small_sheets"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -55,6 +55,8 @@ it are those of either sheet."""
 
 LEAST_PART = 1e-12
 """Relative to the whole: a part of this size, in length, is dropped."""
+
+_TOO_SMALL = "parts smaller than 1e-12 of the whole dropped"
 
 
 class United(NamedTuple):
@@ -91,8 +93,7 @@ def unite(vertices: FloatArray, parts: Parts, tolerance: float) -> United:
     dropped = np.flatnonzero(~is_kept)
     if len(dropped):
         point, largest = found[dropped[0]].lower, float(extents[dropped].max())
-        kind = "parts smaller than 1e-12 of the whole dropped"
-        repairs.append(repair_at(kind, len(dropped), point, largest))
+        repairs.append(repair_at(_TOO_SMALL, len(dropped), point, largest))
     found = [part for part, kept in zip(found, is_kept, strict=True) if kept]
     pieces: list[Shell] = []
     cavities, doubt = 0, ""
@@ -119,6 +120,28 @@ def unite(vertices: FloatArray, parts: Parts, tolerance: float) -> United:
     if alone:
         pieces.insert(0, used_part(vertices, np.concatenate(alone)))
     return United(*_together(pieces), cavities, merged(repairs), doubt)
+
+
+def without_small_sheets(
+    vertices: FloatArray, parts: Parts, size: float, repairs: list[Repair]
+) -> IntArray:
+    """Return the triangles (k, 3) of open parts, but for those that are too small beside a solid.
+
+    Such are also parts so flat that they enclose nothing but for rounding. ``size`` is that of the
+    whole, metres.
+    """
+    is_open = ~parts.is_closed[parts.label]
+    triangles, label = parts.triangles[is_open], parts.label[is_open]
+    corners = triangle_boxes(vertices, triangles)
+    lower, upper = np.full((2, len(parts.is_closed), 3), np.inf)
+    np.minimum.at(lower, label, corners[0])
+    np.minimum.at(upper, label, -corners[1])
+    extents = (-upper - lower).max(axis=1)[label]
+    small = extents <= LEAST_PART * size
+    if small.any():
+        point, largest = corners[0][small][0], float(extents[small].max())
+        repairs.append(repair_at(_TOO_SMALL, len(np.unique(label[small])), point, largest))
+    return triangles[~small]
 
 
 def _split(vertices: FloatArray, parts: Parts) -> list[Part]:

@@ -76,3 +76,17 @@ def test_repairs_of_a_kind_are_one_with_the_largest_size():
         ("b", 1, (0.0, 0.0, 0.0), None),
     ]
     assert str(found[1]) == "1 b (one at (0, 0, 0))"
+
+
+@pytest.mark.parametrize("at", [(400.0, 500.0, 300.0), (1000.0, 950.0, 300.0)])
+@pytest.mark.parametrize("thickness", [3e-13, 3e-10])
+def test_a_speck_is_dropped_also_where_rounding_makes_it_flat(at, thickness):
+    """Inside of a box or beside it: of 3e-13 of the whole, with an inside or without one."""
+    speck = np.array([(0, 0, 0), (3e-10, 0, 0), (0, 3e-10, 0), (1e-10, 1e-10, thickness)])
+    faces = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)]) + 8
+    vertices = np.vstack([900.0 * BOX, np.array(at) + speck])
+    solid = solid_of(vertices, np.vstack([SIDES, faces]), 1e-6)
+    assert solid.report.is_closed, str(solid.report)
+    (repair,) = solid.report.repairs
+    assert (repair.kind, repair.count) == ("parts smaller than 1e-12 of the whole dropped", 1)
+    assert repair.size == pytest.approx(3e-10, rel=1e-3)
