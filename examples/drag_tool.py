@@ -11,7 +11,6 @@ pull at its handles. Ctrl+C ends it.
 from __future__ import annotations
 
 import argparse
-import contextlib
 import sys
 from typing import Any
 
@@ -69,20 +68,19 @@ class PlayedRobot:
 
 def play(seconds: float) -> None:
     """Play the robot for a while, 0 for ever."""
+    from common.until_stopped import stopped_by_signals
     import rclpy
 
-    rclpy.init()
-    node = rclpy.create_node("robot")
-    robot = PlayedRobot(node)
-    while not node.count_publishers("/scene_graph/trajectory"):
-        rclpy.spin_once(node)
-    end = node.get_clock().now().nanoseconds + int(seconds * 1e9)
-    with contextlib.suppress(KeyboardInterrupt):
-        while not seconds or node.get_clock().now().nanoseconds < end:
+    with stopped_by_signals() as is_stopped:
+        node = rclpy.create_node("robot")
+        robot = PlayedRobot(node)
+        while not is_stopped() and not node.count_publishers("/scene_graph/trajectory"):
             rclpy.spin_once(node)
-    print(f"the robot is at {', '.join(f'{value:.2f}' for value in robot.q)}")
-    node.destroy_node()
-    rclpy.try_shutdown()
+        end = node.get_clock().now().nanoseconds + int(seconds * 1e9)
+        while not is_stopped() and (not seconds or node.get_clock().now().nanoseconds < end):
+            rclpy.spin_once(node)
+        print(f"the robot is at {', '.join(f'{value:.2f}' for value in robot.q)}")
+        node.destroy_node()
 
 
 def main() -> int:
