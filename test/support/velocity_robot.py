@@ -77,7 +77,7 @@ class VelocityRobot:
         self._history.append((stamp, self._at(stamp), velocity))
 
     def _at(self, stamp: int) -> NDArray[np.float64]:
-        """Return where it is at a time (ns)."""
+        """Return the positions at a time (ns)."""
         at, q, velocity = next(each for each in reversed(self._history) if each[0] <= stamp)
         return q + velocity * (min(stamp - at, self._held) * 1e-9)
 
