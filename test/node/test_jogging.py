@@ -125,6 +125,8 @@ def test_a_hand_that_is_pushed_into_the_table_stays_above_it(robot, twists, stat
             and m.state == JogStatus.HELD
             and len(m.active_a)
             and m.nearest_distance < KEEP + 0.002
+            # After a late tick the node takes the robot, which stopped, to be farther down.
+            and clearance(robot.q) < KEEP + 0.005
             and m
         ),
         "the table in the way",
