@@ -5,13 +5,19 @@ all that it can be near to.
 """
 
 import math
+from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.broadphase.box_vectors import CORNER
 from scene_graph_ros.geometry.broadphase.pair_tests import is_pair_wanted
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.lanes import any_of, load_four
 from scene_graph_ros.geometry.compiled.places import LAST_PLACE
 from scene_graph_ros.geometry.tolerances import BOX_ROUNDING
 
-__all__ = ["NO_ROOM", "is_inside", "make_fence", "renew_pairs"]
+__all__ = ["NO_ROOM", "Fences", "is_outside", "make_fence", "new_fences", "renew_pairs"]
 
 NO_ROOM = -1
 """Instead of a number of pairs: there are more than the array has room for."""
@@ -25,8 +31,26 @@ this part of the box's width. Wide fences are left seldom, but they meet more ot
 are more pairs than boxes, looking at those takes longer than making new fences."""
 
 
+class Fences(NamedTuple):
+    """The fences of n rows, twice: coordinate by coordinate, and corner by corner."""
+
+    sides: NDArray[np.float64]
+    """(6, n): lower and upper corners."""
+    lower: NDArray[np.float64]
+    """(n, CORNER), as corners of boxes; nothing is below the spare number."""
+    upper: NDArray[np.float64]
+    """(n, CORNER); nothing is above the spare number."""
+
+
+def new_fences(n: int) -> Fences:
+    """Return the arrays to write to: boxes without extent at the origin."""
+    lower, upper = np.zeros((2, n, CORNER))
+    lower[:, 3], upper[:, 3] = -math.inf, math.inf
+    return Fences(np.zeros((6, n)), lower, upper)
+
+
 @inlined_kernel
-def make_fence(lower, upper, fence, step, i, is_dense):
+def make_fence(lower, upper, fences, step, i, is_dense):
     """Put a new fence around the box of row i, with room for steps like its last."""
     steps, most = DENSE if is_dense else SPARSE
     width = 0.0
@@ -36,20 +60,18 @@ def make_fence(lower, upper, fence, step, i, is_dense):
     if width < math.inf and step[i] < width:  # what jumps has no use for a fence
         room = min(steps * step[i], most * width)
     for axis in range(3):
-        fence[axis, i] = lower[i, axis] - room
-        fence[3 + axis, i] = upper[i, axis] + room
+        low, high = lower[i, axis] - room, upper[i, axis] + room
+        fences.lower[i, axis] = fences.sides[axis, i] = low
+        fences.upper[i, axis] = fences.sides[3 + axis, i] = high
 
 
 @inlined_kernel
-def is_inside(lower, upper, fence, i):
-    """Tell whether the box of row i is inside of its fence."""
-    return (
-        (fence[0, i] <= lower[i, 0])
-        & (fence[1, i] <= lower[i, 1])
-        & (fence[2, i] <= lower[i, 2])
-        & (fence[3, i] >= upper[i, 0])
-        & (fence[4, i] >= upper[i, 1])
-        & (fence[5, i] >= upper[i, 2])
+def is_outside(lower, upper, fences, i):
+    """Tell whether the box of row i is partly outside of its fence."""
+    at = i * CORNER
+    return any_of(
+        (load_four(lower, at) < load_four(fences.lower, at))
+        | (load_four(upper, at) > load_four(fences.upper, at))
     )
 
 

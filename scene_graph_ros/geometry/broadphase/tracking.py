@@ -18,8 +18,10 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.broadphase.aabb import bound_row, BoxGeometry
 from scene_graph_ros.geometry.broadphase.box_vectors import new_placed_rows, PlacedRows
 from scene_graph_ros.geometry.broadphase.fences import (
-    is_inside,
+    Fences,
+    is_outside,
     make_fence,
+    new_fences,
     NO_ROOM,
     renew_pairs,
 )
@@ -81,8 +83,7 @@ class _Tracked(NamedTuple):
     X_last: NDArray[np.float64]
     """(n, 4, 4)"""
     placed: PlacedRows
-    fence: NDArray[np.float64]
-    """(6, n): lower and upper corners."""
+    fences: Fences
     step: NDArray[np.float64]
     """(n,) how far the box moved when it left its fence."""
     is_out: NDArray[np.bool_]
@@ -101,7 +102,7 @@ def _new_tracked(n: int, lists: NDArray[np.int64]) -> _Tracked:
     return _Tracked(
         X_last=np.full((n, 4, 4), np.nan),
         placed=new_placed_rows(n),
-        fence=np.zeros((6, n)),
+        fences=new_fences(n),
         step=np.zeros(n),
         is_out=np.zeros(n, np.bool_),
         out=np.zeros(n + 1, np.int64),
@@ -150,7 +151,7 @@ def _move(bodies, tracked, X_WG, rows):
         bounded += 1
         x, y, z = lower[i, 0], lower[i, 1], lower[i, 2]
         bound_row(bodies.geometry, X_WG, i, tracked.placed)
-        if bodies.is_half_space[i] or not is_inside(lower, upper, tracked.fence, i):
+        if bodies.is_half_space[i] or is_outside(lower, upper, tracked.fences, i):
             tracked.step[i] = max(abs(lower[i, 0] - x), abs(lower[i, 1] - y), abs(lower[i, 2] - z))
             tracked.is_out[i] = True
             count += 1
@@ -168,12 +169,12 @@ def _renew(bodies, tracked, margin):
     is_dense = length > len(is_out)
     for i in out:
         make_fence(
-            tracked.placed.lower, tracked.placed.upper, tracked.fence, tracked.step, i, is_dense
+            tracked.placed.lower, tracked.placed.upper, tracked.fences, tracked.step, i, is_dense
         )
     state[REFENCED] += len(out)
     state[LOOKED_AT] += len(out) * len(is_out)
     length = renew_pairs(
-        tracked.fence, bodies.frame, bodies.filter_bits, margin, is_out, out, tracked.scratch,
+        tracked.fences.sides, bodies.frame, bodies.filter_bits, margin, is_out, out, tracked.scratch,
         lists[turn, :length], lists[1 - turn], lists[2],
     )  # fmt: skip
     if length == NO_ROOM:
@@ -228,16 +229,16 @@ def _track(places, X_WG, margin, is_close):
 @kernel
 def _search(bodies, tracked, X_WG, margin, is_new, is_dense):
     """Make all fences anew and return all pairs whose fences meet, sorted."""
-    fence = tracked.fence
-    n = fence.shape[1]
+    fences = tracked.fences
+    n = len(fences.lower)
     if is_new:
         _move(bodies, tracked, X_WG, np.arange(n))
         tracked.step[:] = 0.0
     for i in range(n):
-        make_fence(tracked.placed.lower, tracked.placed.upper, fence, tracked.step, i, is_dense)
+        make_fence(tracked.placed.lower, tracked.placed.upper, fences, tracked.step, i, is_dense)
     tracked.is_out[:] = False
     tracked.state[SEARCHED] += 1
-    lower, upper = np.ascontiguousarray(fence[:3].T), np.ascontiguousarray(fence[3:].T)
+    lower, upper = fences.lower[:, :3].copy(), fences.upper[:, :3].copy()
     return candidate_pairs(
         lower, upper, bodies.is_half_space, X_WG, bodies.frame, bodies.filter_bits, margin
     )

@@ -99,7 +99,7 @@ class Context(ModelOwner):
     def snapshot(self) -> Snapshot:
         """The current moment; the same object until the model or a pose changes."""
         with self._lock:
-            last, state = self._snapshot, self.state
+            last, state = self._snapshot, self._state if self._edit is None else self.state
             fit, X_PF, version = self._moment
             # What a snapshot shares is never changed: another model is another object.
             if last is None or last.state is not state or last.pose_version != version:
@@ -127,7 +127,9 @@ class Context(ModelOwner):
         unknown source or frame; OwnershipError for a frame of another source.
         """
         with self._lock:
-            state, fit = self.state, self._moment[0]
+            # Not the property: it is a call, and hardly ever finds an edit.
+            state = self._state if self._edit is None else self.state
+            fit = self._moment[0]
             if fit.model_version != state.version:  # as above
                 fit = self._fitted()[0]
             layout = fit.layout
@@ -138,6 +140,12 @@ class Context(ModelOwner):
                 if not poses.keys() <= state.source_frames[source_id].keys():
                     self._refuse_frames(source_id, poses)
                 rows, given = stacked_poses(state, poses)
+            elif (
+                type(poses) is np.ndarray
+                and poses.shape == (len(rows), 4, 4)
+                and is_for_kernels(poses)
+            ):
+                given = poses
             else:
                 given = self._batch(source_id, len(rows), poses)
             bad, status = self._store(rows, given)
@@ -147,8 +155,7 @@ class Context(ModelOwner):
     def _store(self, rows: NDArray[np.int64], given: NDArray[np.float64]) -> tuple[int, int]:
         """Put another moment in place, if all poses are valid; return store_poses's answer."""
         found: tuple[int, int]
-        moment = self._moment
-        fit, X_PF, _ = moment
+        moment = fit, X_PF, _ = self._moment
         if self._poses_are_shared:
             X_PF = _other_poses(fit, X_PF, len(rows))
             found = store_poses(given, rows, X_PF)
@@ -310,8 +317,6 @@ class Context(ModelOwner):
     def _batch(self, source_id: SourceId, count: int, poses: Any) -> NDArray[np.float64]:
         """Return ``(count, 4, 4)`` poses of a source as kernels take them, unchecked."""
         shape = (count, 4, 4)
-        if type(poses) is np.ndarray and poses.shape == shape and is_for_kernels(poses):
-            return poses
         label = f"X_PFs of source {self.state.source_names[source_id]!r}"
         if isinstance(poses, (list, tuple)):
             poses = np.array([to_pose_array(X, label) for X in poses]).reshape(-1, 4, 4)

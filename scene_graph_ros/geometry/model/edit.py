@@ -42,7 +42,7 @@ class Edit(Writes):
         if not self._changes_model:
             return False
         state, parts, writes = self.state, self._parts, self._writes
-        writes.append((vars(state), "version", new_version()))
+        self.set(state, "version", new_version())
         versions = state.role_versions
         for part in parts:
             role = _OF_ROLE.get(part)

@@ -94,6 +94,11 @@ def stacked_poses(state: GeometryState, poses: Mapping[FrameId, Any]) -> tuple[A
     return rows, X_PFs
 
 
+def _place_all(X_WG: Poses, rows: RoleArrays, X_WF: Poses) -> None:
+    """Write the poses of all geometries of a role."""
+    world_poses_of_children(rows.all_rows, rows.frame, X_WF, rows.X_FG, X_WG)
+
+
 def _lender_of_poses(rows: RoleArrays) -> Lender:
     return Lender(rows.X_FG.shape)
 
@@ -136,10 +141,12 @@ class Snapshot(NotCopied):
         assert state.shared
         self.state = state
         """The model, not to be changed."""
-        self._layout: FrameLayout | None = None
-        self._proximity: ProximityArrays | None = None
+        self._layout: FrameLayout | None
+        self._proximity: ProximityArrays | None
         if before is not None and before.state is state:
             self._layout, self._proximity = before._layout, before._proximity
+        else:
+            self._layout = self._proximity = None
         self._configurations = configurations
         self.elements: Any = None
         """What queries know of its shapes of many elements, once one has asked."""
@@ -228,14 +235,10 @@ class Snapshot(NotCopied):
 
     def _place(self, role: Role, rows: RoleArrays, X_WF: Poses) -> Poses:
         """Place the geometries with a role on their frames, in memory that is free if there is."""
-
-        def place(moved: NDArray[np.int64], X_WG: Poses) -> None:
-            world_poses_of_children(moved, rows.frame, X_WF, rows.X_FG, X_WG)
-
         lender = self.memory.of(_lender_of_poses, rows, role)
         # In an array of before, which is lent for the same rows, the anchored ones are right.
-        result = lender.take(lambda new: place(rows.all_rows, new))
-        place(rows.moving_rows, result)
+        result = lender.take(_place_all, rows, X_WF)
+        world_poses_of_children(rows.moving_rows, rows.frame, X_WF, rows.X_FG, result)
         return result
 
     def pose_in_world(self, target: FrameId | GeometryId) -> Poses:

@@ -10,6 +10,21 @@ _DROPPED: Any = object()
 """Instead of a value: the key goes."""
 
 
+class _Attributes:
+    """The attributes of an object, to write to as to a dict.
+
+    Not ``vars``: an object whose dict somebody has seen keeps it, and is slower to read for good.
+    """
+
+    __slots__ = ("_owner",)
+
+    def __init__(self, owner: Any) -> None:
+        self._owner = owner
+
+    def __setitem__(self, name: str, value: Any) -> None:
+        setattr(self._owner, name, value)
+
+
 class Writes:
     """Writes to dicts, arrays and attributes, in the order in which they are to be done."""
 
@@ -32,7 +47,7 @@ class Writes:
 
     def set(self, owner: Any, name: str, value: Any) -> None:
         """Write an attribute."""
-        self._writes.append((vars(owner), name, value))
+        self._writes.append((_Attributes(owner), name, value))
 
     def write(self) -> None:
         """Do all writes. To do them once more, from the first to the last, changes nothing."""

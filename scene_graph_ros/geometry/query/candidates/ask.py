@@ -27,9 +27,10 @@ def find_collision_candidates(memo: Memo) -> CandidatePairs:
 def pairs_of_candidates(snapshot: Snapshot) -> CandidatePairs:
     """Return the pairs whose bounding boxes meet."""
     rows = pair_memory(snapshot).find(snapshot.X_WG, 0.0, is_close=False)
-    answers = snapshot.proximity.ids, rows
-    table = CandidatePairs(LateColumns(_COLUMNS, answers, len(rows)), snapshot.state)
-    if snapshot.proximity.has_elements:
+    proximity = snapshot.proximity
+    late = LateColumns(_COLUMNS, (proximity.ids, rows), len(rows))
+    table = CandidatePairs(late, snapshot.state)
+    if proximity.has_elements:
         table = on_demand("candidates_with_elements")(snapshot, table)
     return table
 

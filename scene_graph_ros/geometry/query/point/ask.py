@@ -112,38 +112,30 @@ def point_distances(
     snapshot: Snapshot, p_WQs: NDArray[np.float64], threshold: float, threads: int = 1
 ) -> PointDistances:
     """Return the signed distances of (m, 3) points to all geometries, up to ``threshold``."""
-    table = _point_distances(snapshot, p_WQs, threshold, threads)
-    if snapshot.proximity.has_elements:
-        of_elements = on_demand("point_distances_with_elements")
-        table = of_elements(snapshot, table, p_WQs, threshold, threads)
-    return table
-
-
-def _point_distances(
-    snapshot: Snapshot, p_WQs: NDArray[np.float64], threshold: float, threads: int
-) -> PointDistances:
-    """Return those to all but shapes of many elements."""
-    arrays, X_WG = snapshot.proximity, snapshot.X_WG
-    table, ids = arrays.table, arrays.ids
+    arrays, X_WG, state = snapshot.proximity, snapshot.X_WG, snapshot.state
+    columns: Mapping[str, NDArray[Any]]
     if threshold == math.inf:
-        m, n = len(p_WQs), len(ids)
-        kinds = _kinds(snapshot.state)
+        m, n = len(p_WQs), len(arrays.ids)
         answers = snapshot.memory.of(_begin_answers, None).take(m * n)
-        columns = distances_to_all(table, kinds, X_WG, p_WQs, threads, answers)
-        late = LateColumns(_COLUMNS, _Answers(ids, m, *columns), m * n)
-        return PointDistances(late, snapshot.state)
-    point, row, phi, p_GN, grad_W, unique = distance_points(table, X_WG, p_WQs, threshold, threads)
-    return PointDistances(
-        {
+        found = distances_to_all(arrays.table, _kinds(state), X_WG, p_WQs, threads, answers)
+        columns = LateColumns(_COLUMNS, _Answers(arrays.ids, m, *found), m * n)
+    else:
+        point, row, phi, p_GN, grad_W, unique = distance_points(
+            arrays.table, X_WG, p_WQs, threshold, threads
+        )
+        columns = {
             "point": point,
-            "id_G": ids[row],
+            "id_G": arrays.ids[row],
             "p_GN": p_GN,
             "distance": phi,
             "grad_W": grad_W,
             "is_grad_W_unique": unique,
-        },
-        snapshot.state,
-    )
+        }
+    table = PointDistances(columns, state)
+    if arrays.has_elements:
+        of_elements = on_demand("point_distances_with_elements")
+        table = of_elements(snapshot, table, p_WQs, threshold, threads)
+    return table
 
 
 class _Answers(NamedTuple):
