@@ -9,6 +9,7 @@ kept at all, or gone, the kernel is compiled anew for its callers.
 
 from __future__ import annotations
 
+import pickle
 from typing import Any
 
 import llvmlite.binding
@@ -16,7 +17,12 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompileResult
 from numba.core.runtime import rtsys
 
-from scene_graph_ros.geometry.compiled.callee_code import CalleeLibrary, EntryPoint
+from scene_graph_ros.geometry.compiled.callee_code import (
+    CalleeLibrary,
+    EntryPoint,
+    environments_of,
+    LateCode,
+)
 
 __all__ = ["LeanCode", "has_bitcode", "lean_callee", "lean_code", "rebuild", "rebuild_callee"]
 
@@ -30,16 +36,17 @@ def lean_code(reduced: tuple[Any, ...]) -> tuple[LeanCode, bytes]:
     objectmode, lifted, _, reload_init, referenced_envs = rest
     assert not objectmode
     assert not lifted
+    module = llvmlite.binding.parse_bitcode(bitcode)
     return {
         "name": name,
         "machine_code": machine_code,
-        "symbols": _symbols_of_others(llvmlite.binding.parse_bitcode(bitcode)),
+        "symbols": _symbols_of_others(module),
         "fndesc": fndesc,
         "environment": environment,
         "signature": signature,
         "reload_init": reload_init,
         "referenced_envs": referenced_envs,
-    }, bitcode
+    }, pickle.dumps((LateCode(bitcode, environments_of(module)),))
 
 
 def lean_callee(result: CompileResult) -> tuple[LeanCode, bytes]:
@@ -52,8 +59,8 @@ def lean_callee(result: CompileResult) -> tuple[LeanCode, bytes]:
         "environment": result.environment,
         "signature": result.signature,
         "reload_init": result.reload_init,
-        "referenced_envs": tuple(result._find_referenced_environments()),
-    }, result.library._get_module_for_linking().as_bitcode()
+        "referenced_envs": result.library.environments(),
+    }, pickle.dumps(result.library.whole)
 
 
 def _symbols_of_others(module: Any) -> list[str]:
@@ -107,9 +114,9 @@ def rebuild(target_context: Any, kept: LeanCode) -> CompileResult:
 
 def rebuild_callee(target_context: Any, kept: LeanCode, bitcode: bytes) -> CompileResult:
     """Return a kernel that callers may be compiled with; raises as `rebuild` does."""
-    library = CalleeLibrary(target_context.codegen(), kept["name"])
-    library._final_module = llvmlite.binding.parse_bitcode(bitcode)
-    library._finalize_final_module()
+    whole = pickle.loads(bitcode)  # noqa: S301 - of a file that was checked
+    function = kept["fndesc"].llvm_func_name
+    library = CalleeLibrary.of_kept(target_context.codegen(), kept["name"], whole, function)
     library._reload_init.update(kept["reload_init"])
     return _result(target_context, kept, library, EntryPoint())
 

@@ -46,7 +46,7 @@ _KEEPING = frozenset(
     )
 )
 """Modules that decide where code is kept and how it is loaded, not which code."""
-_FORMAT = 2
+_FORMAT = 3
 """Of what is kept: a change of it leaves all that was kept behind."""
 IMPORTED = time.time()
 """When this process began to import kernels, s."""

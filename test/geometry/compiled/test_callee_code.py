@@ -4,8 +4,8 @@ import numba.core.config
 import numpy as np
 import pytest
 
-from scene_graph_ros.geometry.compiled import cache
-from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
+from scene_graph_ros.geometry.compiled import cache, callee_code
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, kernel, lean_kernel
 
 pytestmark = pytest.mark.skipif(
     bool(numba.core.config.DISABLE_JIT), reason="nothing is compiled without numba's compiler"
@@ -71,6 +71,47 @@ def test_what_python_calls_later_is_compiled_for_it_once():
         assert sum_of_roots(9.0) == 6.0
         assert twice(9.0) == 12.0
         assert _compiled(*kernels) == compiled_before
+
+
+def test_large_kernels_are_merged_where_python_calls(monkeypatch):
+    """Callers only declare them; what is called along two ways is there once."""
+    monkeypatch.setattr(callee_code, "_LARGE", 0)
+    for is_first in (True, False):
+
+        @kernel
+        def leaf(x):
+            if x < 0.0:
+                raise ValueError("not of what is negative")
+            return np.sqrt(np.full(2, x))[1]
+
+        @inlined_kernel
+        def inlined(x):
+            return leaf(x) + 1.0
+
+        @kernel
+        def left(x):
+            return inlined(x) * 2.0
+
+        @kernel
+        def right(x):
+            return leaf(x) + left(x)
+
+        @kernel
+        def top(x):
+            return left(x) - right(x)
+
+        assert top(4.0) == -2.0
+        with pytest.raises(ValueError, match="not of what is negative"):
+            top(-1.0)
+        kernels = (leaf, inlined, left, right, top)
+        assert _compiled(*kernels) == [is_first] * 5
+        if is_first:
+            (of_right,) = right.callees.results.values()
+            defined = {each.name for each in of_right.library.get_defined_functions()}
+            (of_leaf,), (of_left,) = (each.callees.results.values() for each in (leaf, left))
+            names = {each.fndesc.llvm_func_name for each in (of_leaf, of_left)}
+            assert names.isdisjoint(defined)
+            assert len(of_right.library.late) == 2
 
 
 @pytest.mark.parametrize("calls_first", [0, 1, 2])
