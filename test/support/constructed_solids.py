@@ -20,6 +20,7 @@ __all__ = [
     "convex_body",
     "distances",
     "inside",
+    "lattice_body",
     "moved",
     "pocketed_solid",
     "random_solid",

@@ -64,17 +64,26 @@ def _folds(vertices, triangles, normals, lower, upper, tree, flat, shared):
     return pairs[:count].copy()
 
 
-def _pairs(vertices: FloatArray, triangles: IntArray, size: float) -> IntArray:
+def _pairs(vertices: FloatArray, triangles: IntArray, flat: float, shared: float) -> IntArray:
     normals = unit_normals(vertices, triangles)
-    (lower, upper), flat = triangle_boxes(vertices, triangles), TOUCHING * size
+    lower, upper = triangle_boxes(vertices, triangles)
     tree: tuple[Any, ...] = build_bvh(lower - flat, upper + flat)
     arrays = map(for_kernels, (vertices, triangles, normals, lower, upper))
-    return np.asarray(_folds(*arrays, tree, flat, SHARED * size))
+    return np.asarray(_folds(*arrays, tree, flat, shared))
 
 
-def first_fold(vertices: FloatArray, triangles: IntArray) -> FloatArray | None:
-    """Return a corner (3,) of two of (m, 3) triangles that lie on each other, or None."""
-    pairs = _pairs(vertices, triangles, float(np.abs(vertices[triangles]).max()))
+def first_fold(
+    vertices: FloatArray, triangles: IntArray, flat: float = TOUCHING, shared: float = SHARED
+) -> FloatArray | None:
+    """Return a corner (3,) of two of (m, 3) triangles that lie on each other, or None.
+
+    They are nearer than ``flat``, and overlap by more than ``shared``, both relative to the
+    largest coordinate.
+    """
+    if not len(triangles):
+        return None
+    size = float(np.abs(vertices[triangles]).max())
+    pairs = _pairs(vertices, triangles, flat * size, shared * size)
     return vertices[triangles[pairs[0, 0], 0]] if len(pairs) else None
 
 
@@ -83,7 +92,7 @@ def unfolded(vertices: FloatArray, triangles: IntArray) -> FloatArray:
     corners = vertices[triangles]
     size = float(np.abs(corners).max())
     normals = unit_normals(vertices, triangles)
-    pairs = _pairs(vertices, triangles, size)
+    pairs = _pairs(vertices, triangles, TOUCHING * size, SHARED * size)
     if not len(pairs):
         return vertices
     middles = np.array([_common_middle(corners[t], corners[s], normals[t]) for t, s in pairs])

@@ -1,11 +1,16 @@
 """Which triangles belong together where more than two meet at an edge.
 
-They are paired around it: those beside each other that bound one wedge of the solid. Where wedges
-are nested, by the winding numbers of the sectors between triangles: the wedge that began last ends
-first, so that no pair passes through another one.
+They are paired around it: first those of one part, as far as parts are known, then those beside
+each other that bound one wedge of the solid. Where wedges are nested, by the winding numbers of
+the sectors between triangles: the wedge that began last ends first, so that no pair passes through
+another one. Parts with a pair of triangles around one edge are one part around all others.
 """
 
 from __future__ import annotations
+
+from collections import defaultdict, deque
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +34,17 @@ _NEARLY_ONE = 1e-4
 
 _UP = (0.5403, 0.2918, 0.7892)
 """A direction that is along hardly any plane."""
+
+
+class _Pairs(NamedTuple):
+    """Pairs of half edges around an edge."""
+
+    one: IntArray
+    """(k,): where wedges begin."""
+    other: IntArray
+    """(k,): where they end."""
+    flat: int
+    """How many pairs are in one plane, so that they bound nothing."""
 
 
 def with_pairs_apart(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, IntArray]:
@@ -83,19 +99,109 @@ def pair_around(
         return False
     begins = (edges.start > edges.end) != np.repeat(_against(label, turned), 3)
     is_oriented = _run_alike(edges, around, begins)
+
+    def paired(half: IntArray, of: IntArray) -> tuple[IntArray, IntArray]:
+        found = _pairs(vertices, triangles, edges, half, of, begins, gap)
+        if found.flat:
+            # Cavities that touch are wedges of what is around them.
+            other = _pairs(vertices, triangles, edges, half, of, ~begins, gap)
+            found = min(found, other, key=lambda each: each.flat)
+        return found.one, found.other
+
+    oriented = [half for half in around if is_oriented[half[0] // 3]]
+    _pair_oriented(oriented, label, begins, mate, paired)
     for half in around:
         if is_oriented[half[0] // 3]:
-            half, _ = _around(vertices, triangles, edges, half, label, begins, gap)
-            one, other = _wedges(begins[half])
-        else:
-            half = _without_own_pairs(half, begins[half], label, mate)
-            if not len(half):
-                continue
-            half, gaps = _around(vertices, triangles, edges, half, label, None, gap)
-            one = np.arange(_tighter(gaps), len(half), 2)
-            other = (one + 1) % len(half)
+            continue
+        half = _without_own_pairs(half, begins[half], label, mate)
+        if not len(half):
+            continue
+        half, gaps, _ = _around(vertices, triangles, edges, half, label[half // 3], None, gap)
+        one = np.arange(_tighter(gaps), len(half), 2)
+        other = (one + 1) % len(half)
         mate[half[one]], mate[half[other]] = half[other], half[one]
     return True
+
+
+class _Bodies:
+    """Parts (n,), those of which triangles were paired as one body, and the edges of each."""
+
+    def __init__(self, label: IntArray, around: list[IntArray]) -> None:
+        self._label = label
+        self._first = list(range(int(label.max()) + 1))
+        self._edges: dict[int, list[int]] = defaultdict(list)
+        for k, half in enumerate(around):
+            for part in np.unique(label[half // 3]).tolist():
+                self._edges[part].append(k)
+
+    def of(self, half: IntArray) -> IntArray:
+        """Return for half edges (k,) the lowest part of each one's body."""
+        return np.array(
+            [self._root(part) for part in self._label[half // 3].tolist()], dtype=np.int64
+        )
+
+    def join(self, half: int, other: int) -> list[int]:
+        """Take the bodies of two half edges as one; return the edges that both may be at."""
+        low, high = sorted(self.of(np.array([half, other])).tolist())
+        if low == high:
+            return []
+        self._first[high] = low
+        fewer, more = sorted((self._edges[low], self._edges.pop(high)), key=len)
+        self._edges[low] = more + fewer
+        return fewer
+
+    def _root(self, part: int) -> int:
+        first = self._first
+        while first[part] != part:
+            first[part] = part = first[first[part]]
+        return part
+
+
+def _pair_oriented(
+    around: list[IntArray],
+    label: IntArray,
+    begins: BoolArray,
+    mate: IntArray,
+    paired: Callable[[IntArray, IntArray], tuple[IntArray, IntArray]],
+) -> None:
+    """Pair the half edges (k,) around each edge, of which ``begins`` tells where wedges begin.
+
+    A body that has as many beginnings as ends around an edge has pairs of its own there. Where
+    there are others, faces on each other may go with either body: pairs around one edge tell which
+    around the next. ``paired`` returns pairs of half edges around an edge, given their bodies.
+    """
+    bodies = _Bodies(label, around)
+    left = list(around)
+    waiting = deque(range(len(around)))
+
+    def pair(half: IntArray) -> None:
+        one, other = half[:1], half[1:]
+        if len(half) > 2:
+            one, other = paired(half, bodies.of(half))
+        mate[one], mate[other] = other, one
+        for both in zip(one.tolist(), other.tolist(), strict=True):
+            waiting.extend(bodies.join(*both))
+
+    def pair_known() -> None:
+        while waiting:
+            k = waiting.popleft()
+            of = bodies.of(left[k])
+            for body in np.unique(of).tolist():
+                own = left[k][of == body]
+                if 2 * np.count_nonzero(begins[own]) == len(own):
+                    pair(own)
+                    left[k] = left[k][of != body]
+                    of = of[of != body]
+            if len(left[k]) == 2:
+                pair(left[k])
+                left[k] = left[k][:0]
+
+    pair_known()
+    for k in range(len(around)):
+        if len(left[k]):
+            pair(left[k])
+            left[k] = left[k][:0]
+            pair_known()
 
 
 def _against(label: IntArray, turned: BoolArray) -> BoolArray:
@@ -140,11 +246,10 @@ def _without_own_pairs(
 def is_nested_in_itself(vertices: FloatArray, triangles: IntArray) -> bool:
     """Tell whether oriented closed triangles (m, 3) wind twice around a sector at an edge."""
     edges = edges_of(triangles)
-    label = np.zeros(len(triangles), dtype=np.int64)
     begins = edges.start > edges.end
     for e in np.flatnonzero(edges.counts > 2):
         half = edges.order[edges.first[e] : edges.first[e + 1]]
-        half, _ = _around(vertices, triangles, edges, half, label, begins)
+        half, _, _ = _around(vertices, triangles, edges, half, np.zeros(len(half), int), begins)
         if (begins[half] == np.roll(begins[half], 1)).any():
             return True
     return False
@@ -155,15 +260,15 @@ def _around(
     triangles: IntArray,
     edges: Edges,
     half: IntArray,
-    label: IntArray,
+    body: IntArray,
     begins: BoolArray | None,
     gap: float = 0.0,
-) -> tuple[IntArray, FloatArray]:
-    """Return the half edges (k,) of an edge counter-clockwise around it, and the gaps behind them.
+) -> tuple[IntArray, FloatArray, IntArray]:
+    """Return the half edges (k,) of an edge counter-clockwise around it, gaps behind, and planes.
 
     Of those in one plane the solid's wedges end before others begin. Several that begin there, or
-    end, are nested as their parts' labels say, the lowest outside, at all edges alike. ``begins``
-    (3 m,) tells of half edges where wedges begin; without it, the labels' order is that of sheets
+    end, are nested as their bodies (k,) say, the lowest outside, at all edges alike. ``begins``
+    (3 m,) tells of half edges where wedges begin; without it, the bodies' order is that of sheets
     on one another.
     """
     angles, arms, stack = _angles(vertices, triangles, edges, half)
@@ -172,14 +277,30 @@ def _around(
     # From the widest gap on, so that no plane is cut in two.
     widest = int(gaps.argmax()) + 1
     order, gaps = np.roll(order, -widest), np.roll(gaps, -widest)
-    half, stack, arms = half[order], stack[order], arms[order]
+    half, body, stack, arms = half[order], body[order], stack[order], arms[order]
     shorter = np.maximum(np.minimum(arms[:-1], arms[1:]), gap / _NEARLY_ONE)
     one_plane = np.maximum(_ONE_PLANE, gap / np.where(shorter > 0.0, shorter, 1.0))
     plane = np.concatenate([[0], np.cumsum(gaps[:-1] > one_plane)])
     ends_first = [] if begins is None else [begins[half]]
     way = stack if begins is None else np.where(begins[half], 1, -1)
-    keys = [way * half, way * label[half // 3], *ends_first, plane]
-    return half[np.lexsort(keys)], gaps
+    keys = [way * half, way * body, *ends_first, plane]
+    order = np.lexsort(keys)
+    return half[order], gaps, plane[order]
+
+
+def _pairs(
+    vertices: FloatArray,
+    triangles: IntArray,
+    edges: Edges,
+    half: IntArray,
+    body: IntArray,
+    begins: BoolArray,
+    gap: float,
+) -> _Pairs:
+    """Return the pairs of half edges (k,), given the body of each, that bound a wedge."""
+    half, _, plane = _around(vertices, triangles, edges, half, body, begins, gap)
+    one, other = _wedges(begins[half])
+    return _Pairs(half[one], half[other], int(np.count_nonzero(plane[one] == plane[other])))
 
 
 def _wedges(begins: BoolArray) -> tuple[IntArray, IntArray]:

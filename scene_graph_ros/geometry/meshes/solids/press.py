@@ -14,7 +14,7 @@ as much larger there.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,8 +72,11 @@ class Pressed(NamedTuple):
     """(3,): a corner at the widest one, if any."""
     widest: float
     """Metres, of the same."""
-    grown: FloatArray
-    """(v, 3): the same, but for cavities, which have in them what is pressed into their walls."""
+    ways: list[tuple[FloatArray, FloatArray]]
+    """Vertices (v, 3), the first time the same, and those of cavities as they count for what they
+    have in common. What is behind a wall decides which of the ways leaves neither slit nor skin:
+    whether cavities have in them what is pressed into their walls, and whether bodies reach the
+    walls beside mouths."""
     tree: Tree | None
     """Of boxes around the triangles of these vertices, unless some moved out of theirs."""
 
@@ -238,26 +241,67 @@ def pressed_together(
     least = -2.0 * by
     given = (vertices, triangles, part, cavity_of, normals, lower, upper)
     arrays = map(for_kernels, given)
-    gaps, mouths, slits = _gaps(*arrays, tree, least, most, max(SHARED * size, tolerance))
+    gap_limits = least, most, max(SHARED * size, tolerance)
+    gaps, mouths, slits = _gaps(*arrays, tree, *gap_limits)
     steps = np.where(gaps >= least, 0.5 * np.maximum(gaps, 0.0) + by, 0.0)
     # A mouth reaches further out than its part's faces are moved.
     out = np.zeros(len(cavity_of))
     np.maximum.at(out, part, steps)
     reach = out[cavity_of[part]] + 2.0 * by
-    steps = np.where(mouths <= reach, np.minimum(mouths, reach) - reach, steps)
-    rows = np.flatnonzero(steps)
+    is_mouth = mouths <= reach
+    steps_of_mouths = np.minimum(mouths, reach) - reach
+    ways = [np.where(is_mouth, steps_of_mouths, steps)]
+    rows = np.flatnonzero(ways[0])
     if not len(rows):
-        return Pressed(vertices, 0, vertices[:0], 0.0, vertices, tree)
-    at = moved(vertices, triangles[rows], normals[rows], steps[rows])
-    is_around = bool(np.abs(at - vertices).max() < 0.5 * most)
+        return Pressed(vertices, 0, vertices[:0], 0.0, [(vertices, vertices)], tree)
+    is_wall_too = is_mouth & (gaps >= least)
+    if is_wall_too.any():
+        further = _further(given, gaps, is_wall_too, reach + by, gap_limits)
+        if (further > steps).any():
+            ways.append(np.where(is_mouth, steps_of_mouths, np.maximum(further, steps)))
+    found = []
+    for way in ways:
+        rows = np.flatnonzero(way)
+        at = moved(vertices, triangles[rows], normals[rows], way[rows])
+        grown = _grown(at, triangles, normals, cavity_of[part] >= 0, way, by)
+        found += [(at, grown)] if grown is at else [(at, grown), (at, at)]
+    is_around = all(np.abs(at - vertices).max() < 0.5 * most for at, _ in found)
     return Pressed(
-        at,
+        found[0][0],
         int(slits),
         vertices[triangles[gaps.argmax(), 0]],
         float(gaps.max()),
-        _grown(at, triangles, normals, cavity_of[part] >= 0, steps, by),
+        found,
         tree if is_around else None,
     )
+
+
+def _further(
+    given: tuple[Any, ...],
+    gaps: FloatArray,
+    is_both: NDArray[np.bool_],
+    needed: FloatArray,
+    limits: tuple[float, float, float],
+) -> FloatArray:
+    """Return (m,) how far to move faces of bodies that lie on faces with a mouth beside them.
+
+    ``is_both`` (m,) are triangles that are a mouth in part only. By what these move out, and more,
+    ``needed`` (m,) metres, bodies in the cavity have to follow, so that they reach the wall.
+    ``given`` and ``limits`` are as for ``_gaps``.
+    """
+    vertices, triangles, part, cavity_of, normals, lower, upper = given
+    further = np.zeros(len(triangles))
+    is_body = (cavity_of[part] < 0) & (gaps >= limits[0])
+    for cavity in np.unique(part[is_both]).tolist():
+        mouth = is_both & (part == cavity)
+        rows = np.flatnonzero(mouth | (is_body & (part != cavity_of[cavity])))
+        tree: Tree = build_bvh(lower[rows], upper[rows])
+        own, none = mouth[rows].astype(np.int64), np.full(2, -1)
+        chosen = triangles[rows], own, none, normals[rows], lower[rows], upper[rows]
+        found = _gaps(*map(for_kernels, (vertices, *chosen)), tree, *limits)[0]
+        facing = rows[(found >= limits[0]) & (own == 0)]
+        further[facing] = np.maximum(gaps[facing], 0.0) + needed[mouth].max()
+    return further
 
 
 def _grown(

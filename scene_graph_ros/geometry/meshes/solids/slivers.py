@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.meshes.distinct_rows import distinct_rows
 
-__all__ = ["SHORT", "Collapsed", "Corners", "without_short_edges"]
+__all__ = ["SHORT", "Collapsed", "Corners", "with_near_ones_welded", "without_short_edges"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -17,6 +17,10 @@ IntArray = NDArray[np.int64]
 SHORT = 5e-11
 """Relative to the size: parts are pressed into each other by 1e-12, which moves the ends of edges
 along faces that meet at a hundredth of a radian a hundred times as far."""
+
+
+NEAR = 1e-11
+"""Relative to the size: vertices of bodies that touch are as near."""
 
 
 class Corners(NamedTuple):
@@ -73,6 +77,35 @@ def without_short_edges(points: FloatArray, triangles: IntArray, corners: Corner
     if short.any():
         triangles = _without_opposites(triangles)
     return Collapsed(triangles, lost, extent)
+
+
+def with_near_ones_welded(points: FloatArray, triangles: IntArray, corners: Corners) -> IntArray:
+    """Return triangles (m, 3) with one vertex for those that are as near as pressing leaves them.
+
+    Where two bodies touch along an edge, a point nearest to it is as near to the edge of either:
+    only the normals of all triangles there tell the side. Corners of one part stay apart.
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import cKDTree
+
+    if not len(triangles):
+        return triangles
+    pairs = cKDTree(points).query_pairs(NEAR * float(np.ptp(points, axis=0).max()))
+    one, other = np.array(sorted(pairs), dtype=np.int64).reshape(-1, 2).T
+    if not len(one):
+        return triangles
+    of = _parts_of(points, np.union1d(one, other), corners)
+    is_new = (of[one] != of[other]) | (of[one] < 0)
+    n = len(points)
+    ends = one[is_new], other[is_new]
+    graph = coo_array((np.ones(len(ends[0])), ends), shape=(n, n))
+    label = connected_components(graph, directed=False)[1]
+    first = np.full(int(label.max()) + 1, -1)
+    first[label[::-1]] = np.arange(n)[::-1]
+    triangles = first[label][triangles]
+    a, b, c = triangles.T
+    return _without_opposites(triangles[(a != b) & (b != c) & (c != a)])
 
 
 def _parts_of(points: FloatArray, rows: IntArray, corners: Corners) -> IntArray:

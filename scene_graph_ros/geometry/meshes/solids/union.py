@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,7 @@ from scene_graph_ros.geometry.meshes.solids.cut import (
     Shell,
     used_part,
 )
+from scene_graph_ros.geometry.meshes.solids.folds import first_fold
 from scene_graph_ros.geometry.meshes.solids.manifolds import bodies_of, boundary_of
 from scene_graph_ros.geometry.meshes.solids.mesh_report import merged, Repair, repair_at
 from scene_graph_ros.geometry.meshes.solids.overlaps import groups_of_boxes
@@ -39,7 +40,7 @@ from scene_graph_ros.geometry.meshes.solids.pressed_parts import (
     pressed_parts,
     PressedParts,
 )
-from scene_graph_ros.geometry.meshes.solids.slivers import Corners, SHORT
+from scene_graph_ros.geometry.meshes.solids.slivers import Corners, SHORT, with_near_ones_welded
 from scene_graph_ros.geometry.meshes.solids.winding import Tree, winding_numbers
 from scene_graph_ros.geometry.meshes.triangle_boxes import triangle_boxes
 
@@ -52,6 +53,14 @@ _NARROW = 1e-11
 """Relative to the size: a union's folds are told from slivers that are left out of its surface
 (``surfaces``). Where one is narrower than bodies are near, the sides of points that are nearest to
 it are those of either sheet."""
+
+_SKIN = 1e-11
+"""Relative to the largest coordinate: skins and slits that pressing leaves are not thicker."""
+
+_WIDE = 1e-6
+"""Relative to the same: what is narrower is the end of a wedge."""
+
+_SKINS = "bodies in cavities leave slits or skins of rounding where they touch walls"
 
 LEAST_PART = 1e-12
 """Relative to the whole: a part of this size, in length, is dropped."""
@@ -210,7 +219,7 @@ def _united_group(
     found = pressed_parts(cut.points, cut.members, tolerance)
     # The library might unite what is left of them wrongly, where rounding has it cross itself.
     piece = _united_parts(found, cut.members, {**crossing, **folded})
-    return piece._replace(repairs=cut.repairs + piece.repairs, doubt=cut.doubt)
+    return piece._replace(repairs=cut.repairs + piece.repairs, doubt=cut.doubt or piece.doubt)
 
 
 def _cut_at(piece: Piece, crossing: FloatArray | None) -> Piece:
@@ -246,7 +255,7 @@ def _united_parts(
             at = first_crossing(points, found.triangles)
         united = cut_where_they_cross(points, oriented, found.of, at).piece
     repairs += united.repairs + _vanished(members, given, united[:2], found.pressed.tree)
-    return Piece(*united[:2], repairs, int(np.sum(np.array(found.cavity_of) >= 0)))
+    return Piece(*united[:2], repairs, int(np.sum(np.array(found.cavity_of) >= 0)), united.doubt)
 
 
 def _vanished(members: list[Part], given: Shell, united: Shell, tree: Tree | None) -> list[Repair]:
@@ -284,15 +293,37 @@ def _about(
 
 def _by_library(found: PressedParts, members: list[Part]) -> Piece | None:
     """Return the boundary of the solid of parts by the library, or None where that fails."""
-    points, grown = found.pressed.vertices, found.pressed.grown
-    bodies = bodies_of(points, members)
-    if any(body is None for body in bodies):
-        return None
-    wide = bodies_of(grown, members) if grown is not points else bodies
-    wide = [body if other is None else other for body, other in zip(bodies, wide, strict=True)]
+    first = None
+    for points, grown in found.pressed.ways:
+        bodies = bodies_of(points, members)
+        if any(body is None for body in bodies):
+            continue
+        wide = bodies_of(grown, members) if grown is not points else bodies
+        wide = [own if other is None else other for own, other in zip(bodies, wide, strict=True)]
+        piece = _with_cavities(found, points, bodies, wide)
+        if piece is None:
+            continue
+        if len(found.pressed.ways) == 1 or first_fold(*piece[:2], _SKIN, _WIDE) is None:
+            return piece
+        first = first or piece
+    return first._replace(doubt=_SKINS) if first else None
+
+
+def _with_cavities(
+    found: PressedParts, points: FloatArray, bodies: list[Any], wide: list[Any]
+) -> Piece | None:
+    """Return the boundary of the solid of bodies, or None where it winds otherwise than parts do.
+
+    ``wide`` are the cavities as they count for what they have in common.
+    """
     size = float(np.abs(points).max())
     corners = Corners(points, found.of)
     piece = collapsed(*boundary_of(bodies, found.cavity_of, wide, size), corners)
+    if max(found.cavity_of) >= 0:
+        welded = with_near_ones_welded(*piece[:2], corners)
+        if len(welded) < len(piece.triangles) or (welded != piece.triangles).any():
+            shell = used_part(piece.vertices, welded)
+            piece = piece._replace(vertices=shell[0], triangles=shell[1])
     try:
         tree = build_bvh(*triangle_boxes(*piece[:2])) if len(piece.triangles) else None
         hold_to_winding((points, found.oriented), piece[:2], (found.pressed.tree, tree))
