@@ -17,9 +17,10 @@ from pathlib import Path
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 
-__all__ = ["ForkedProcess"]
+__all__ = ["ForkedProcess", "run_forked"]
 
 PRELOADED = ["scene_graph_ros.node.process", "begun_before"]
 """What a node that starts imports first; its effects are imported when they are asked for."""
@@ -67,6 +68,19 @@ class ForkedProcess:
     def kill(self) -> None:
         """End it at once."""
         self._process.kill()
+
+
+def run_forked(
+    program: str, arguments: Sequence[str], environment: Mapping[str, str], timeout: float
+) -> tuple[int, str]:
+    """Run a program to its end; return its exit code and all that it printed."""
+    with tempfile.NamedTemporaryFile("r", suffix=".log") as log:
+        process = ForkedProcess(program, arguments, environment, Path(log.name))
+        try:
+            code = process.wait(timeout)
+        finally:
+            process.kill()
+        return code, log.read()
 
 
 @functools.cache
