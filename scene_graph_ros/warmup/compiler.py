@@ -40,7 +40,7 @@ class _Task:
 
     It begins when the groups of ``after`` are compiled. Its last kernel takes as long as
     ``long_end`` others. Where it ``is_again`` its group was ready before: all such checks are done
-    by one process, which has compiled nothing, since most of a check is what it imports.
+    by one process, which has compiled nothing, since imports are most of a check.
     """
 
     group: str
