@@ -42,7 +42,7 @@ def joint_jog():
 @pytest.fixture(scope="module")
 def node(start_node, joint_jog):
     """A node that jogs the arm of a Panda."""
-    return start_node(PARAMETERS, extra_environment=WORKSPACE_VARIABLES)
+    return start_node(PARAMETERS, extra_environment=WORKSPACE_VARIABLES, fresh=True)
 
 
 @pytest.fixture(scope="module")

@@ -86,7 +86,7 @@ class PositionRobot:
 def node(start_node):
     """A node that jogs the arm of a Panda by points."""
     message_class("control_msgs", "JointJog")
-    return start_node(PARAMETERS, extra_environment=WORKSPACE_VARIABLES)
+    return start_node(PARAMETERS, extra_environment=WORKSPACE_VARIABLES, fresh=True)
 
 
 @pytest.fixture(scope="module")
