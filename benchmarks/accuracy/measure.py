@@ -110,7 +110,7 @@ class Task:
         return ask(configurations)
 
 
-@functools.lru_cache(maxsize=4)
+@functools.lru_cache(maxsize=128)
 def _configurations(
     kind_1: str, kind_2: str | None, distance: float, count: int, seed: int
 ) -> list[Any]:

@@ -39,7 +39,8 @@ class _Task:
     """A function, as ``module:name``, that is run for a group; a check finds all compiled.
 
     It begins when the groups of ``after`` are compiled. Its last kernel takes as long as
-    ``long_end`` others.
+    ``long_end`` others. Where it ``is_again`` its group was ready before: all such checks are done
+    by one process, which has compiled nothing, since imports are most of a check.
     """
 
     group: str
@@ -47,6 +48,7 @@ class _Task:
     is_check: bool
     after: tuple[str, ...] = ()
     long_end: int = 0
+    is_again: bool = False
     tail: deque[str] = field(default_factory=lambda: deque(maxlen=_TAIL))
 
 
@@ -76,7 +78,13 @@ class _Worker:
 def _next_of(waiting: list[_Task], running: list[_Task]) -> _Task | None:
     """Return the first of the tasks that may begin now, if one may."""
     unfinished = {task.group for task in (*waiting, *running) if not task.is_check}
-    return next((task for task in waiting if unfinished.isdisjoint(task.after)), None)
+    checks_again = any(task.is_again for task in running)
+    may_begin = (
+        task
+        for task in waiting
+        if unfinished.isdisjoint(task.after) and not (task.is_again and checks_again)
+    )
+    return next(may_begin, None)
 
 
 class Compiler:
@@ -93,6 +101,8 @@ class Compiler:
         self._workers: list[_Worker] = []
         self._idle: list[_Worker] = []
         """Those that have compiled: a check is to find in the cache what others keep there."""
+        self._checker: _Worker | None = None
+        """The process that checks again, between two checks."""
         self._is_stopped = False
         self._total = 0
         self._compiled = 0
@@ -133,7 +143,8 @@ class Compiler:
         for group in self._groups:
             name, is_main = group.name, group.name == MAIN
             if is_ready(name):
-                rest += [_Task(name, f, True, (MAIN,)) for f in group.checks or group.tasks]
+                checks = group.checks or group.tasks
+                rest += [_Task(name, f, True, (MAIN,), is_again=True) for f in checks]
                 continue
             self._total += group.kernels
             after = () if is_main or group.is_apart else (MAIN,)
@@ -184,6 +195,10 @@ class Compiler:
             if self._idle and not task.is_check:
                 self._idle.pop().give(task)
                 return
+            if self._checker is not None and task.is_again:
+                self._checker.give(task)
+                self._checker = None
+                return
             module = "scene_graph_ros.warmup.task"
             process = subprocess.Popen(  # noqa: S603
                 [sys.executable, "-m", module, str(self._niceness)],
@@ -210,10 +225,12 @@ class Compiler:
                 self._lines.put(_Line(task, text.rstrip()))
                 continue
             worker.task = None
-            if task.is_check:
-                self._end(worker)
-            else:
-                with self._lock:
+            with self._lock:
+                if task.is_again:
+                    self._checker = worker
+                elif task.is_check:
+                    self._end(worker)
+                else:
                     self._idle.append(worker)
             self._lines.put(_Line(task, "", 0))
         process.stdout.close()
@@ -222,6 +239,8 @@ class Compiler:
             self._workers.remove(worker)
             if worker in self._idle:
                 self._idle.remove(worker)
+            if worker is self._checker:
+                self._checker = None
             if worker.task is not None:
                 self._lines.put(_Line(worker.task, "", exit_code))
 

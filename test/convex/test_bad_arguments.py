@@ -58,6 +58,7 @@ GOOD = {
     "order": 2,
     "index": 0,
     "num_samples": 10,
+    "max_num_samples": 100,
     "y": [0.0],
     "vertices": [[0.0, 0.0], [1.0, 0.0]],
     "basis": [[1.0], [0.0]],

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+import functools
 from pathlib import Path
 import re
 
@@ -35,14 +35,14 @@ MOST_OPENINGS = 30
 """Docstrings that open with a verb and such a clause, in all packages."""
 
 
-def _docstrings(package: str) -> Iterator[str]:
+@functools.cache
+def _docstrings(package: str) -> list[str]:
     folder = ROOT / package
     files = folder.glob("*.py") if package == "scene_graph_ros" else folder.rglob("*.py")
     kinds = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
-    for path in files:
-        for node in ast.walk(ast.parse(path.read_text())):
-            if isinstance(node, kinds):
-                yield ast.get_docstring(node) or ""
+    trees = (ast.parse(path.read_text()) for path in files)
+    nodes = (node for tree in trees for node in ast.walk(tree) if isinstance(node, kinds))
+    return [ast.get_docstring(node) or "" for node in nodes]
 
 
 def test_each_package_has_a_ceiling():

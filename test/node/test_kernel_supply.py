@@ -196,7 +196,6 @@ def slow_node(domain, tmp_path, request):
         domain,
         {"scene": tmp_path / "scene.yaml", "diagnostics_rate": 20.0},
         program=PROGRAM.replace("%s", group),
-        fresh=True,
         extra_environment={
             CACHE: str(cache),
             slow_kernels.FOLDER: str(tmp_path),

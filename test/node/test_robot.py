@@ -151,7 +151,7 @@ def test_tf_moves_its_frames_and_ignores_those_of_others(
     robot.stop()
     scene = tmp_path / "tf.yaml"
     scene.write_text(TF_SCENE)
-    node = start_node({"scene": scene}, extra_environment=WORKSPACE_VARIABLES, fresh=True)
+    node = start_node({"scene": scene}, extra_environment=WORKSPACE_VARIABLES)
     publisher = client.publisher(tf_message, "/tf")
     transforms = []
     for child, parent, x in (("cup", "world", 3.0), ("lid", "cup", 0.5), ("map", "earth", 9.0)):

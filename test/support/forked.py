@@ -17,9 +17,12 @@ from pathlib import Path
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 
-__all__ = ["ForkedProcess"]
+from workspace_messages import WORKSPACE_VARIABLES
+
+__all__ = ["ForkedProcess", "run_forked"]
 
 PRELOADED = ["scene_graph_ros.node.process", "begun_before"]
 """What a node that starts imports first; its effects are imported when they are asked for."""
@@ -69,18 +72,40 @@ class ForkedProcess:
         self._process.kill()
 
 
+def run_forked(
+    program: str, arguments: Sequence[str], environment: Mapping[str, str], timeout: float
+) -> tuple[int, str]:
+    """Run a program to its end; return its exit code and all that it printed."""
+    with tempfile.NamedTemporaryFile("r", suffix=".log") as log:
+        process = ForkedProcess(program, arguments, environment, Path(log.name))
+        try:
+            code = process.wait(timeout)
+        finally:
+            process.kill()
+        return code, log.read()
+
+
 @functools.cache
 def _ensure_server_runs() -> None:
-    """Start the server with this folder among those that it imports from; our path is not its."""
-    before = os.environ.get("PYTHONPATH")
-    folders = [str(Path(__file__).parent), *([before] if before else [])]
-    os.environ["PYTHONPATH"] = os.pathsep.join(folders)
+    """Start the server with this folder among those that it imports from; our path is not its.
+
+    The dynamic linker reads once where libraries are: also those of the test workspace, which a
+    forked process finds when its variables name the modules that need them.
+    """
+    added = {
+        "PYTHONPATH": str(Path(__file__).parent),
+        "LD_LIBRARY_PATH": WORKSPACE_VARIABLES["LD_LIBRARY_PATH"],
+    }
+    before = {name: os.environ.get(name) for name in added}
+    for name, folder in added.items():
+        os.environ[name] = os.pathsep.join([folder, *filter(None, [before[name]])])
     try:
         forkserver.ensure_running()
     finally:
-        del os.environ["PYTHONPATH"]
-        if before is not None:
-            os.environ["PYTHONPATH"] = before
+        for name, value in before.items():
+            del os.environ[name]
+            if value is not None:
+                os.environ[name] = value
 
 
 def _end_with_parent() -> None:
@@ -103,5 +128,7 @@ def _run(program: str, arguments: list[str], environment: dict[str, str], log: s
     os.chdir(Path(__file__).parents[2])
     os.environ.clear()
     os.environ.update(environment)
+    folders = environment.get("PYTHONPATH", "").split(os.pathsep)
+    sys.path[:0] = [folder for folder in folders if folder and folder not in sys.path]
     sys.argv = arguments
     exec(compile(program, "<program>", "exec"), {"__name__": "__main__"})

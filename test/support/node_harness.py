@@ -109,8 +109,8 @@ class NodeProcess:
         """Start it; ``program`` is what to run in place of the command, which it is to call.
 
         A ``fresh`` process is a new interpreter, as a user starts it: two seconds of imports.
-        Others are forked from one that has these behind it. What the dynamic linker reads of the
-        environment counts in a fresh one only.
+        Others are forked from one that has these behind it, and the test workspace's libraries.
+        What else the dynamic linker reads of the environment counts in a fresh one only.
         """
         arguments = ["--ros-args"]
         for name, value in {**PATIENT, **(parameters or {})}.items():

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 import re
 import subprocess
 import sys
-import tempfile
 
-from forked import ForkedProcess
+from forked import run_forked
 from node_harness import environment, ROOT
 
 DEADLINE = 120.0
@@ -39,13 +37,7 @@ def replay(domain, *arguments, fresh=False):
             check=False,
         )
         return done.returncode, done.stdout + done.stderr
-    with tempfile.NamedTemporaryFile("r", suffix=".log") as log:
-        process = ForkedProcess(REPLAY, options, environment(domain), Path(log.name))
-        try:
-            code = process.wait(DEADLINE)
-        finally:
-            process.kill()
-        return code, log.read()
+    return run_forked(REPLAY, options, environment(domain), DEADLINE)
 
 
 def counted(said):

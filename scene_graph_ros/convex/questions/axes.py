@@ -13,6 +13,7 @@ from scene_graph_ros.convex.solve.ellipsoids.ellipsoid_distance import nearest_o
 from scene_graph_ros.geometry.tolerances import EPSILON
 
 __all__ = [
+    "distances_to_axes",
     "inner_of_axes",
     "pieces_of_axes",
     "project_on_axes",
@@ -68,14 +69,28 @@ def pieces_of_axes(
     return None if found is None else [found.piece(0)]
 
 
+def _nearest(
+    axes: np.ndarray, radii: np.ndarray, center: np.ndarray, points: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the nearest points ``(m, n)`` of an ellipsoid, and the same along its axes."""
+    local = (points - center) @ axes
+    found = np.array([nearest_on_axes(radii, p) for p in local]).reshape(local.shape)
+    is_inside = (found == local).all(axis=1)
+    return np.where(is_inside[:, None], points, center + found @ axes.T), found
+
+
+def distances_to_axes(
+    axes: np.ndarray, radii: np.ndarray, center: np.ndarray, points: np.ndarray
+) -> np.ndarray:
+    """Return the distances ``(m,)`` of `project_on_axes` alone, a third of the work."""
+    return np.linalg.norm(points - _nearest(axes, radii, center, points)[0], axis=1)
+
+
 def project_on_axes(
     axes: np.ndarray, radii: np.ndarray, center: np.ndarray, points: np.ndarray
 ) -> Projection:
     """Return the nearest points of an ellipsoid."""
-    local = (points - center) @ axes
-    found = np.array([nearest_on_axes(radii, p) for p in local]).reshape(local.shape)
-    is_inside = (found == local).all(axis=1)
-    nearest = np.where(is_inside[:, None], points, center + found @ axes.T)
+    nearest, found = _nearest(axes, radii, center, points)
     here = np.zeros(len(radii))
 
     def reach(direction: np.ndarray, k: int) -> float:

@@ -18,6 +18,7 @@ from scene_graph_ros.convex.questions.arguments import (
     as_whole,
 )
 from scene_graph_ros.convex.questions.axes import (
+    distances_to_axes,
     inner_of_axes,
     pieces_of_axes,
     project_on_axes,
@@ -169,7 +170,7 @@ class AffineBall(ConvexSet):
         return None if self._B.any() else self._center
 
     def _outside(self, points: np.ndarray) -> np.ndarray:
-        return self._project(points).distances
+        return distances_to_axes(*self._axes, self._center, points)
 
     def _support(self, d: np.ndarray) -> Support:
         return support_of_axes(*self._axes, self._center, d)

@@ -17,6 +17,7 @@ from scene_graph_ros.convex.questions.arguments import (
     as_whole,
 )
 from scene_graph_ros.convex.questions.axes import (
+    distances_to_axes,
     inner_of_axes,
     pieces_of_axes,
     project_on_axes,
@@ -190,7 +191,7 @@ class Hyperellipsoid(ConvexSet):
         return distance, point
 
     def _outside(self, points: np.ndarray) -> np.ndarray:
-        return self._project(points).distances
+        return distances_to_axes(*self._axes, self._center, points)
 
     def _support(self, d: np.ndarray) -> Support:
         return support_of_axes(*self._axes, self._center, d)

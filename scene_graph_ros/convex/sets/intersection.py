@@ -50,7 +50,8 @@ class Intersection(ConvexSet):
         for element in self._elements:
             near[near] = element._are_near(points[near], tol)
         # What is near each may be far from all, next to where their surfaces meet.
-        unsure = np.flatnonzero(near & (self._outside(points) > 0.0))
+        rows = np.flatnonzero(near)
+        unsure = rows[self._outside(points[rows]) > 0.0]
         if len(unsure):
             near[unsure] = self._are_near_by_projection(points[unsure], tol)
         return near

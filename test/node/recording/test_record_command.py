@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 import re
 import signal
-import subprocess
-import sys
+import tempfile
 
+from forked import ForkedProcess
 from geometry_msgs.msg import Transform, Vector3
-from node_harness import environment, ROOT, wait_until
+from node_harness import environment, wait_until
 import pytest
 from rclpy.serialization import deserialize_message
 from recordings import replay
@@ -29,25 +30,42 @@ geometries:
 """
 
 
+RECORD = """
+import sys
+from scene_graph_ros.record import main
+sys.exit(main())
+"""
+
+
 class Command:
-    """The command as a process."""
+    """The command as a process, which has the long imports behind it."""
 
     def __init__(self, domain, *arguments):
-        self.process = subprocess.Popen(
-            [sys.executable, "-m", "scene_graph_ros.record", *map(str, arguments)],
-            env=environment(domain),
-            cwd=ROOT,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-        )
+        self._log = tempfile.NamedTemporaryFile("r", suffix=".log")  # noqa: SIM115
+        self._line = ""
+        log = Path(self._log.name)
+        self.process = ForkedProcess(RECORD, [*map(str, arguments)], environment(domain), log)
+
+    def _next_line(self):
+        """Return the next line of the output, None where it is not there yet."""
+        self._line += self._log.readline()
+        if not self._line.endswith("\n"):
+            return None
+        line, self._line = self._line, ""
+        return line
 
     def wait_for_line(self, pattern):
         """Return what a line of the output has that matches."""
-        for line in self.process.stdout:
-            if found := re.search(pattern, line):
-                return found
-        raise AssertionError(f"it ended with {self.process.wait()}, without {pattern!r}")
+
+        def found():
+            has_ended = self.process.poll() is not None
+            while line := self._next_line():
+                if match := re.search(pattern, line):
+                    return match
+            assert not has_ended, f"it ended with {self.process.returncode}, without {pattern!r}"
+            return None
+
+        return wait_until(found, f"{pattern!r} in the command's output")
 
     def wait_for_counts(self):
         """Return of how many topics and publishers it says next that it records them."""
@@ -55,11 +73,17 @@ class Command:
         found = self.wait_for_line(line)
         return int(found[1]), int(found[2])
 
+    def wait_for_end(self):
+        """Return its exit code and the rest of what it said."""
+        try:
+            return self.process.wait(60.0), self._line + self._log.read()
+        finally:
+            self.process.kill()
+
     def end(self):
         """Interrupt it; return its exit code and the rest of what it said."""
         self.process.send_signal(signal.SIGINT)
-        said, _ = self.process.communicate(timeout=60.0)
-        return self.process.returncode, said
+        return self.wait_for_end()
 
 
 @pytest.fixture
@@ -119,8 +143,7 @@ def test_what_a_running_node_does_is_recorded(node, client, domain, tmp_path):
     code, said = replay(domain, folder, "--rate", "100")
     assert code == 0
     assert int(said.split()[0]) >= len(read["/scene_graph/contacts"])
-    code, said = Command(domain, folder).process.communicate(timeout=60.0)[0], None
-    assert "exists already" in code
+    assert "exists already" in Command(domain, folder).wait_for_end()[1]
 
 
 def test_it_waits_for_its_node_and_ends_where_it_is_full(domain, tmp_path):
@@ -129,6 +152,6 @@ def test_it_waits_for_its_node_and_ends_where_it_is_full(domain, tmp_path):
     command.wait_for_line("waiting for /nobody")
     assert command.end()[0] == 0
     full = Command(domain, tmp_path / "full", "--max-bytes", "10")
-    said, _ = full.process.communicate(timeout=60.0)
-    assert full.process.returncode == 1
+    code, said = full.wait_for_end()
+    assert code == 1
     assert "10, and ended" in said

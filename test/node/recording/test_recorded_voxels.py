@@ -146,7 +146,6 @@ def test_octrees_are_felt_and_bad_ones_counted(start_node, client, tmp_path):
     node = start_node(
         {"scene": tmp_path / "scene.yaml", "diagnostics_rate": 20.0, "max_pose_age": 3.0},
         extra_environment=WORKSPACE_VARIABLES,
-        fresh=True,
     )
     diagnostics = client.listen(DiagnosticArray, "/diagnostics")
     pair = {"geometries_a": ["space"], "geometries_b": ["ball"]}

@@ -68,18 +68,37 @@ class Answers(NamedTuple):
     decided_by: np.ndarray
 
 
+class _Built(NamedTuple):
+    """A table, and the rows of shapes and whether their triangles are measured."""
+
+    rows: dict[Any, int]
+    table: Any
+
+
+_last = [_Built({}, None)]
+"""The table that was built last: cases are asked again, swapped or moved by a little."""
+
+
+def _built(keys):
+    """Return a table that has these keys, each built once."""
+    if not keys <= _last[0].rows.keys():
+        rows = {key: row for row, key in enumerate(keys)}
+        table = build_shape_table([key[0] for key in rows], [key[1] for key in rows])
+        # Convex meshes, too: the builder would rather take their hulls.
+        table = table._replace(exact=np.array([key[1] for key in rows]))
+        _last[0] = _Built(rows, table)
+    return _last[0]
+
+
 def table_of(cases):
-    """Return a shape table with rows 2 k, 2 k + 1 for case k; each shape is built once."""
-    found = {}
-    rows = [
-        found.setdefault((shape, exact), len(found))
+    """Return a shape table with rows 2 k, 2 k + 1 for case k."""
+    asked = [
+        (shape, exact)
         for case in cases
         for shape, exact in zip((case.A, case.B), case.triangles, strict=True)
     ]
-    table = build_shape_table([key[0] for key in found], [key[1] for key in found])
-    # Convex meshes, too: the builder would rather take their hulls.
-    table = table._replace(exact=np.array([key[1] for key in found]))
-    index = np.array(rows)
+    found, table = _built(dict.fromkeys(asked).keys())
+    index = np.array([found[key] for key in asked])
     names = ("kind", "size", "hull", "surface", "exact", "lower", "upper", "scale")
     return table._replace(
         **{name: np.ascontiguousarray(getattr(table, name)[index]) for name in names}
