@@ -1,5 +1,7 @@
 """Programs of functions that CasADi writes out and differentiates, solved nearby by IPOPT.
 
+Where they are linear rows, norms, squares and products of two rows, `interior_point` comes first.
+
 Waechter and Biegler, "On the implementation of an interior-point filter line-search algorithm for
 large-scale nonlinear programming", Mathematical Programming 106(1), 2006.
 """
@@ -15,7 +17,14 @@ from typing import Any
 import numpy as np
 
 from scene_graph_ros.convex.solve.cones.cone_program import Cone
+from scene_graph_ros.convex.solve.interior_point import (
+    Costs,
+    independent,
+    InteriorPoint,
+    Rows,
+)
 from scene_graph_ros.convex.solve.iteration_callback import iteration_callback, IterationCallback
+from scene_graph_ros.convex.solve.products import Product
 
 __all__ = ["SmoothProgram", "has_ipopt"]
 
@@ -30,9 +39,6 @@ _SHARPER = (1e-4, 1e-5, _SHARP)
 """Then they become sharper in turn, each search from the end of the one before. A point of norms
 as sharp as the first of these is a local optimum, of costs that are that near: where a norm
 vanishes, a search for the sharpest ones may take tiny steps without an end."""
-
-_DEPENDENT = 1e-11
-"""Of the longest row: what is left of a row less others, where it depends on them."""
 
 _SAME_ROW = 1e-12
 """Of a row's length: rows whose entries differ by less have one direction."""
@@ -99,9 +105,7 @@ class SmoothProgram:
     def __init__(self, count: int, is_over: Callable[[], bool] | None = None) -> None:
         self._is_over = is_over
         self._stop: IterationCallback | None = None
-        self._ca = importlib.import_module("casadi")
-        self._y = self._ca.SX.sym("y", count)
-        self._smoothed = self._ca.SX.sym("s")
+        self._count = count
         self._equations = [(np.zeros((0, count)), np.zeros(0))]
         self._least = [(np.zeros((0, count)), np.zeros(0))]
         self._rows = [(np.zeros((0, count)), np.zeros(0))]
@@ -109,8 +113,26 @@ class SmoothProgram:
         self._kept: list[_Kept] = []
         self._costs: list[Callable[[Any], Any]] = []
         self._largest: list[tuple[Any, np.ndarray, np.ndarray]] = []
+        self._zero: list[tuple[Product, ...]] = []
+        self._positive: list[tuple[Product, ...]] = []
+        """Sums of products that are 0, and those that are at least 0."""
+        self._simple = Costs(np.zeros(count), [], [])
+        self._is_simple = True
+        """Whether these and linear rows are all that is asked."""
         self._is_rough = False
         self._solvers: dict[str, Any] = {}
+
+    @functools.cached_property
+    def _ca(self) -> Any:
+        return importlib.import_module("casadi")
+
+    @functools.cached_property
+    def _y(self) -> Any:
+        return self._ca.SX.sym("y", self._count)
+
+    @functools.cached_property
+    def _smoothed(self) -> Any:
+        return self._ca.SX.sym("s")
 
     def at(self, M: np.ndarray, m: np.ndarray) -> Any:
         """Return rows as an expression ``(k, 1)``."""
@@ -133,12 +155,24 @@ class SmoothProgram:
 
     def add_expressions(self, values: Any, is_equal: np.ndarray) -> None:
         """Ask that expressions ``(k, 1)`` are 0 where ``is_equal``, and at least 0 elsewhere."""
+        self._is_simple = False
         self._kept.append((lambda _: values, np.where(is_equal, 0.0, np.inf)))
+
+    def add_products(
+        self, products: tuple[Product, ...], is_equal: bool, written: Callable[[], Any]
+    ) -> None:
+        """Ask that a sum of products ``(k,)`` is 0, or at least 0.
+
+        ``written`` returns expressions ``(k, 1)`` that are kept where it is.
+        """
+        (self._zero if is_equal else self._positive).append(products)
+        most = np.full(len(products[0].l), 0.0 if is_equal else np.inf)
+        self._kept.append((lambda _: written(), most))
 
     def add_cone(self, cone: Cone, M: np.ndarray, m: np.ndarray) -> None:
         """Ask that rows are in a second-order or exponential cone."""
         assert cone in (Cone.SECOND_ORDER, Cone.EXPONENTIAL), cone
-        ca, at = self._ca, self._later(M, m)
+        ca, at, self._is_simple = self._ca, self._later(M, m), False
 
         def values(rows: Any) -> Any:
             w = rows[at]
@@ -151,6 +185,7 @@ class SmoothProgram:
     def add_cost(self, kind: str, M: np.ndarray, m: np.ndarray, unit: float, size: float) -> None:
         """Add a function of a kind of rows, or ``"sum"``, in units; a norm is at most ``size``."""
         ca, at = self._ca, self._later(M, m)
+        self._add_simple(kind, M, m, unit, size)
         functions = {
             "norm": lambda w: ca.sqrt(ca.sumsqr(w) + (self._smoothed * size) ** 2),
             "quotient": lambda w: ca.sumsqr(w[1:]) / w[0],
@@ -169,6 +204,20 @@ class SmoothProgram:
             self._kept.append((lambda w: w[at.start], np.full(1, np.inf)))
         self._costs.append(lambda w: functions[kind](w[at]) / unit)
 
+    def _add_simple(
+        self, kind: str, M: np.ndarray, m: np.ndarray, unit: float, size: float
+    ) -> None:
+        """Add a cost to those that `InteriorPoint` knows, if it does."""
+        simple = self._simple
+        if kind == "sum":
+            self._simple = simple._replace(linear=simple.linear + M.sum(axis=0) / unit)
+        elif kind == "norm":
+            self._simple = simple._replace(norms=[*simple.norms, (M, m, 1.0 / unit, size)])
+        elif kind == "squares":
+            self._simple = simple._replace(squares=[*simple.squares, (M, m, 1.0 / unit)])
+        else:
+            self._is_simple = False
+
     def solve(
         self, start: np.ndarray, *, is_near: bool = False, is_patient: bool = True
     ) -> tuple[np.ndarray, bool]:
@@ -179,6 +228,12 @@ class SmoothProgram:
         """
         if not len(start):
             return start, True
+        if self._is_simple and (self._zero or self._positive):
+            products = self._zero, self._positive
+            search = InteriorPoint(start, self._linear, products, self._simple)
+            found, is_optimal = search.solve(is_near, self._is_over)
+            if is_optimal or not is_patient:
+                return found, is_optimal
         largest = [np.abs(M @ start + m).max(initial=0.0) for _, M, m in self._largest]
         first = np.append(start, largest)
         y, is_solved = first, False
@@ -217,17 +272,23 @@ class SmoothProgram:
         return found["x"].full().ravel(), is_solved, told
 
     @functools.cached_property
+    def _linear(self) -> tuple[Rows, Rows]:
+        """The equations, and the rows that are at least 0 and none of these."""
+        M, m = (np.concatenate(some) for some in zip(*self._least, strict=True))
+        once, is_equal = _without_opposites(M, m)
+        all_equations = [*self._equations, (M[is_equal], m[is_equal])]
+        E, e = (np.concatenate(some) for some in zip(*all_equations, strict=True))
+        return (E, e), (M[once], m[once])
+
+    @functools.cached_property
     def _written(self) -> tuple[dict[str, Any], np.ndarray]:
         """The program as expressions, and how large each of its constraints may be."""
         ca = self._ca
-        least = tuple(np.concatenate(some) for some in zip(*self._least, strict=True))
-        once, is_equal = _without_opposites(*least)
-        self._equations.append((least[0][is_equal], least[1][is_equal]))
-        M, m = (np.concatenate(some) for some in zip(*self._equations, strict=True))
-        kept = _independent(M)
+        (E, e), least = self._linear
+        kept = independent(E)
         M_rows, m_rows = (np.concatenate(some) for some in zip(*self._rows, strict=True))
         rows = self.at(M_rows, m_rows)
-        values = [self.at(M[kept], m[kept]), self.at(least[0][once], least[1][once])]
+        values = [self.at(E[kept], e[kept]), self.at(*least)]
         values += [of(rows) for of, _ in self._kept]
         program = {
             "x": ca.vertcat(self._y, *(symbol for symbol, _, _ in self._largest)),
@@ -235,7 +296,7 @@ class SmoothProgram:
             "f": sum((cost(rows) for cost in self._costs), ca.SX(0)),
             "g": ca.vertcat(*values),
         }
-        linear = np.zeros(len(kept)), np.full(len(once), np.inf)
+        linear = np.zeros(len(kept)), np.full(len(least[1]), np.inf)
         return program, np.concatenate([*linear, *(most for _, most in self._kept)])
 
     @property
@@ -269,28 +330,11 @@ def _without_opposites(M: np.ndarray, m: np.ndarray) -> tuple[np.ndarray, np.nda
     rows = rows / np.where(sizes > 0.0, sizes, 1.0)[:, None]
     first = np.argmax(np.abs(rows) > _SAME_ROW, axis=1)
     signs = np.where(rows[np.arange(len(rows)), first] < 0.0, -1.0, 1.0)
-    keys = np.rint(signs[:, None] * rows / _SAME_ROW)
-    _, group = np.unique(keys, axis=0, return_inverse=True)
-    firsts: dict[tuple[int, float], int] = {}
-    for k, key in enumerate(zip(group.ravel().tolist(), signs.tolist(), strict=True)):
-        firsts.setdefault(key, k)
+    keys = np.rint(signs[:, None] * rows / _SAME_ROW) + 0.0  # -0 is 0
+    firsts: dict[tuple[bytes, float], int] = {}
+    for k, (key, sign) in enumerate(zip(keys, signs.tolist(), strict=True)):
+        firsts.setdefault((key.tobytes(), sign), k)
     is_both = {key: (key[0], -key[1]) in firsts for key in firsts}
     once = [k for key, k in firsts.items() if not is_both[key]]
     equal = [k for key, k in firsts.items() if is_both[key] and key[1] > 0.0]
     return np.array(once, dtype=np.intp), np.array(equal, dtype=np.intp)
-
-
-def _independent(M: np.ndarray) -> np.ndarray:
-    """Return the numbers of rows ``(r,)`` of ``(k, n)`` that none of the others depend on.
-
-    By a QR decomposition with pivots. Where right sides contradict each other, points keep the
-    rows that are returned and break the others: who asks looks at these, too.
-    """
-    from scipy.linalg import qr
-
-    if not M.any():
-        return np.zeros(0, dtype=np.intp)
-    triangle, order = qr(M.T, mode="r", pivoting=True)
-    diagonal = np.abs(np.diagonal(triangle))
-    rank = int(np.count_nonzero(diagonal > _DEPENDENT * diagonal[0]))
-    return np.sort(order[:rank])

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from scene_graph_ros.convex.graphs.expressions.expressions import Affine, Constraint
-from scene_graph_ros.convex.graphs.expressions.functions import WrittenConstraint
+from scene_graph_ros.convex.graphs.expressions.functions import PointProduct, WrittenConstraint
 from scene_graph_ros.convex.graphs.expressions.transcription import (
     ALL_TRANSCRIPTIONS,
     Transcription,
@@ -64,7 +64,8 @@ def continue_derivative(
         return (end @ xu) * (hv / both) ** order - (start @ xv) * (hu / both) ** order
 
     zero = np.zeros(first.num_positions)
-    constraint = WrittenConstraint(off, zero, zero)
+    products = PointProduct(end, zero, 0, 1, order), PointProduct(-start, zero, 1, 0, order)
+    constraint = WrittenConstraint(off, products, is_equal=True)
     edge.add_constraint(constraint, Transcription.RESTRICTION)
     return constraint
 
@@ -98,10 +99,12 @@ def bound_derivative(
             x = points[0] if is_first else points[1]
             return most * x[-1] ** order - rows @ x
 
-        zero = np.zeros(len(most))
-        constraint = WrittenConstraint(
-            kept, zero, zero if is_equal else np.full(len(most), np.inf)
+        at, zero = (0 if is_first else 1), np.zeros(len(most))
+        products = (
+            PointProduct(np.zeros_like(rows), most, at, at, order),
+            PointProduct(-rows, zero, at, at, 0),
         )
+        constraint = WrittenConstraint(kept, products, is_equal=is_equal)
         to.add_constraint(constraint, Transcription.RESTRICTION)
 
     # Between two bounds that are one there is no room: what is to be that is an equation.

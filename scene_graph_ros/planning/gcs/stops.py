@@ -110,7 +110,7 @@ def bound_of_given(
     found: GraphOfConvexSetsResult, ties: Sequence[Tie], edges: Sequence[Edge], solve: Solve
 ) -> GraphOfConvexSetsResult:
     """Return the result of a path that is given, with the bound of all choices along it."""
-    least = _untied(ties, edges, solve) if ties else None
+    least = _untied(ties, edges, solve, np.inf) if ties else None
     if least is None:
         return replace(found, lower_bound=-np.inf) if ties and found.is_success else found
     path = tuple(edge.id for edge in edges)
@@ -129,7 +129,7 @@ def _with_stops(
     cost: float, edges: Sequence[Edge], on_way: Sequence[Tie], solve: Solve
 ) -> GraphOfConvexSetsResult | None:
     """Return the points of a path that cost less than so much, with stops; None without any."""
-    least = _untied(on_way, edges, solve)
+    least = _untied(on_way, edges, solve, cost * (1.0 - _SAVING))
     if least is None or cost <= least.cost * (1.0 + _SAVING):
         return None
     apart = [_difference(least, tie) for tie in on_way]
@@ -163,12 +163,15 @@ def _with_stops(
 
 
 def _untied(
-    ties: Sequence[Tie], edges: Sequence[Edge], solve: Solve
+    ties: Sequence[Tie], edges: Sequence[Edge], solve: Solve, limit: float
 ) -> GraphOfConvexSetsResult | None:
-    """Return the points of a path where neither is asked; None where there are none."""
+    """Return the points of a path where neither is asked; None where there are none.
+
+    None, too, where their convex part costs ``limit`` at least.
+    """
     for tie in ties:
         tie.free()
-    least = _tried(solve, edges, np.inf)
+    least = _tried(solve, edges, limit)
     for tie in ties:
         tie.hold()
     return least if least is not None and least.is_success else None

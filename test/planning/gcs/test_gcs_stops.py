@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from scene_graph_ros.convex.graphs.search.with_slack import solve_restriction
+from scene_graph_ros.convex.solve.interior_point import InteriorPoint
 from scene_graph_ros.convex.solve.smooth_program import SmoothProgram
 from scene_graph_ros.geometry.optimization import HPolyhedron, Point
 from scene_graph_ros.planning import GcsTrajectoryOptimization
@@ -55,6 +56,19 @@ def test_few_choices_of_stops_are_made_smooth(monkeypatch):
     assert len(made) <= 4
     assert result.cost <= 6.7576
     assert result.lower_bound <= result.cost
+
+
+def test_bounded_accelerations_do_not_need_ipopt(monkeypatch):
+    """Its answer and that of the interior-point method before it are the same."""
+    pytest.importorskip("casadi")
+    graph, start, goal = along_a_corridor()
+    with monkeypatch.context() as without:
+        without.setattr(SmoothProgram, "_run", None)
+        ours = graph.solve_path(start, goal)[1]
+    monkeypatch.setattr(InteriorPoint, "solve", lambda self, *_: (self._y, False))
+    theirs = graph.solve_path(start, goal)[1]
+    assert ours.cost == pytest.approx(theirs.cost, rel=1e-6)
+    assert ours.lower_bound == theirs.lower_bound
 
 
 def test_a_path_that_costs_a_limit_has_its_bound_alone():

@@ -14,7 +14,13 @@ from scene_graph_ros.geometry.one_line import one_line
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.real_arrays import real_array
 
-__all__ = ["FunctionConstraint", "FunctionCost", "FunctionTerm", "WrittenConstraint"]
+__all__ = [
+    "FunctionConstraint",
+    "FunctionCost",
+    "FunctionTerm",
+    "PointProduct",
+    "WrittenConstraint",
+]
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,8 +81,36 @@ class FunctionConstraint:
         return np.concatenate(kept)[np.isfinite(np.concatenate([self.lower, self.upper]))]
 
 
+@dataclass(frozen=True, eq=False)
+class PointProduct:
+    """``(rows @ x + constant) * y[-1] ** power`` ``(k,)``, x and y being a function's points.
+
+    ``of`` and ``base`` say which of its points they are: 0 is the first one.
+    """
+
+    rows: np.ndarray
+    constant: np.ndarray
+    of: int
+    base: int
+    power: int
+
+
 class WrittenConstraint(FunctionConstraint):
-    """A constraint whose function is written with operators: also of expressions ``(n, 1)``."""
+    """A constraint whose function is written with operators: also of expressions ``(n, 1)``.
+
+    That is 0 or at least 0 in all entries, where the sum of two ``products`` is.
+    """
+
+    def __init__(
+        self,
+        function: Callable[..., Any],
+        products: tuple[PointProduct, PointProduct],
+        *,
+        is_equal: bool,
+    ) -> None:
+        zero = np.zeros(len(products[0].constant))
+        super().__init__(function, zero, zero if is_equal else np.full(len(zero), np.inf))
+        self.products, self.is_equal = products, is_equal
 
 
 FunctionTerm = FunctionCost | FunctionConstraint

@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from scene_graph_ros.convex.graphs.expressions.functions import WrittenConstraint
+from scene_graph_ros.convex.graphs.expressions.functions import PointProduct, WrittenConstraint
 from scene_graph_ros.convex.graphs.model.edge_terms import Part
 from scene_graph_ros.convex.graphs.model.placed_set import PlacedSet
 from scene_graph_ros.convex.graphs.relax.relaxation import PlacedFunction, Problem
 from scene_graph_ros.convex.solve.cones.cone_program import Cone
+from scene_graph_ros.convex.solve.products import Product
 from scene_graph_ros.convex.solve.smooth_program import has_ipopt, SmoothProgram
 
 __all__ = ["is_smooth", "smooth_program"]
@@ -82,19 +83,27 @@ class _Made:
 
     def add_function(self, k: int, function: PlacedFunction) -> None:
         """Ask what a function does of the edge from the k-th set."""
-        ends = ((k, function.takes_u), (k + 1, function.takes_v))
-        points = [self._point(j) for j, takes in ends if takes]
+        ends = [j for j, takes in ((k, function.takes_u), (k + 1, function.takes_v)) if takes]
         term = function.term
         assert isinstance(term, WrittenConstraint), "is_smooth"
-        values, is_equal = term.function(*points), term.lower == term.upper
-        for sign, bound, is_asked in (
-            (1.0, term.lower, np.isfinite(term.lower)),
-            (-1.0, term.upper, np.isfinite(term.upper) & ~is_equal),
-        ):
-            rows = np.flatnonzero(is_asked)
-            if len(rows):
-                kept = sign * (values[rows.tolist()] - bound[rows])
-                self.program.add_expressions(kept, is_equal[rows])
+        products = tuple(self._product(ends, each) for each in term.products)
+        self.program.add_products(
+            products, term.is_equal, lambda: term.function(*(self._point(j) for j in ends))
+        )
+
+    def _product(self, ends: Sequence[int], product: PointProduct) -> Product:
+        """Return a product of points of sets as one of all variables."""
+        of, base = ends[product.of], ends[product.base]
+        set_of, set_base = self._sets[of], self._sets[base]
+        k = len(product.constant)
+        return Product(
+            self._columns(of, product.rows @ set_of.S),
+            product.rows @ set_of.center + product.constant,
+            np.ones((k, 1)),
+            self._columns(base, set_base.S[-1:]),
+            set_base.center[-1:],
+            product.power,
+        )
 
     def _point(self, k: int) -> Any:
         """Return the point of the k-th set as an expression."""
