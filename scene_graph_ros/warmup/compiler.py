@@ -143,8 +143,8 @@ class Compiler:
         for group in self._groups:
             name, is_main = group.name, group.name == MAIN
             if is_ready(name):
-                checks = group.checks or group.tasks
-                rest += [_Task(name, f, True, (MAIN,), is_again=True) for f in checks]
+                again = group.checks or group.tasks
+                rest += [_Task(name, each, True, (MAIN,), is_again=True) for each in again]
                 continue
             self._total += group.kernels
             after = () if is_main or group.is_apart else (MAIN,)

@@ -174,8 +174,8 @@ def _renew(bodies, tracked, margin):
     state[REFENCED] += len(out)
     state[LOOKED_AT] += len(out) * len(is_out)
     length = renew_pairs(
-        tracked.fences.sides, bodies.frame, bodies.filter_bits, margin, is_out, out, tracked.scratch,
-        lists[turn, :length], lists[1 - turn], lists[2],
+        tracked.fences.sides, bodies.frame, bodies.filter_bits, margin, is_out, out,
+        tracked.scratch, lists[turn, :length], lists[1 - turn], lists[2],
     )  # fmt: skip
     if length == NO_ROOM:
         return False

@@ -60,14 +60,18 @@ def _progress(surfaces, triangle, feature, p):
 
 
 @inlined_kernel
-def _is_preferred(surfaces, p, new, old):
+def _is_preferred(surfaces, k, p, new, old):
     """Tell whether ``new`` beats ``old``, both (distance, triangle, feature), equally near p.
 
-    A triangle nearest with its face wins over an edge, and that over a corner: if they meet, it is
-    nearer, by less than rounding. Of two edges at one vertex, that wins along which p is further.
+    The boundary of a solid, which has an inside, wins over a sheet that lies on it. A triangle
+    nearest with its face wins over an edge, and that over a corner: if they meet, it is nearer, by
+    less than rounding. Of two edges at one vertex, that wins along which p is further.
     """
     distance, triangle, feature = new
     best, previous, other = old
+    is_solid = bounds_solid(surfaces, k, triangle)
+    if is_solid != bounds_solid(surfaces, k, previous):
+        return is_solid
     if _rank(feature) != _rank(other):
         return _rank(feature) < _rank(other)
     if _rank(feature) == 1:
@@ -122,7 +126,7 @@ def nearest_triangle(surfaces, k, p, bound, tolerance, split, rounding):
             is_nearer = distance < best
             if triangle >= 0 and abs(distance - best) <= slack:
                 new, old = (distance, t, place), (best, triangle, feature)
-                is_nearer = _is_preferred(surfaces, p, new, old)
+                is_nearer = _is_preferred(surfaces, k, p, new, old)
             if is_nearer:
                 best, x, triangle, feature = distance, candidate, t, place
     return x, triangle, feature, unique

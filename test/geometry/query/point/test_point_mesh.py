@@ -180,3 +180,19 @@ def test_no_triangle_at_the_nearest_point_is_nearer_yet():
         ]
         assert len(beside) > 0
         assert np.max(np.concatenate(beside) @ way) <= 1e-10
+
+
+@pytest.mark.parametrize("seed", [10, 17, 26, 37])
+def test_a_sheet_on_a_face_leaves_the_inside_as_it_is(seed):
+    """Of triangles that are equally near, that of the solid tells the side."""
+    rng = np.random.default_rng(seed)
+    box = trimesh.creation.box((2.0, 2.0, 2.0))
+    centres = rng.uniform(0.6, 1.0, (6, 1, 2))
+    flat = (centres + rng.uniform(-0.8, 1.5, (6, 3, 2))).reshape(-1, 2)
+    sheets = np.c_[flat, np.ones(18)]
+    faces = np.r_[box.faces, 8 + np.arange(18).reshape(-1, 3)]
+    mesh = Mesh(vertices=np.r_[box.vertices, sheets], faces=faces)
+    depths = 10.0 ** rng.uniform(-9.0, -2.0, 500)
+    points = np.c_[rng.uniform(-0.98, 0.98, (500, 2)), 1.0 - depths]
+    for answer, depth in zip(measure_points(mesh, points), 1.0 - points[:, 2], strict=True):
+        assert answer.distance == pytest.approx(-depth, abs=1e-15)
