@@ -29,6 +29,7 @@ _ALLOWED = {
     "scene_graph_ros/geometry/compiled/kernel_files.py: os.fdopen": _OWN_CACHE,
     "scene_graph_ros/geometry/compiled/kernel_files.py: pickle.loads": _OWN_CACHE,
     "scene_graph_ros/geometry/compiled/claims.py: os.open": _OWN_CACHE,
+    "scene_graph_ros/geometry/compiled/lean_code.py: pickle.loads": _OWN_CACHE,
     "scene_graph_ros/geometry/compiled/kernel_packs.py: path.open": _OWN_PACK,
     "scene_graph_ros/geometry/compiled/kernel_packs.py: pickle.loads": _OWN_PACK,
     "scene_graph_ros/geometry/compiled/pack_writer.py: pickle.loads": _OWN_CACHE,
