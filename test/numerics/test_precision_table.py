@@ -16,7 +16,7 @@ import pytest
 from benchmarks.accuracy import heat_map, report
 from benchmarks.accuracy.bodies import KINDS, size
 from benchmarks.accuracy.constructions import KnownPair
-from benchmarks.accuracy.engines.ours import Ours, Scene
+from benchmarks.accuracy.engines.ours import copied, Ours, Scene
 from benchmarks.accuracy.measure import APART, DEEP, LEAST_STATED, OUR_TIERS, Row, Task, tasks
 from scene_graph_ros.geometry import SceneGraph
 from scene_graph_ros.geometry.accuracy import Accuracy
@@ -72,7 +72,7 @@ def configurations(task: Task) -> list[KnownPair]:
 def test_distance_of_separated_pairs(kinds: tuple[str, str], distance: float) -> None:
     """Each tier keeps its promise and the table's, its identity and its certificate."""
     task = Task("distance", *kinds, distance)
-    pairs = configurations(task)
+    pairs = copied(configurations(task))
     scene, L = Scene.of_pairs(SceneGraph(), pairs), sizes(pairs)
     for tier in Accuracy:
         ask = scene.query.compute_signed_distance_pairwise_closest_points
@@ -107,7 +107,7 @@ def test_distance_to_triangles(kinds: tuple[str, str], distance: float) -> None:
 def test_depth_of_penetrating_pairs(kinds: tuple[str, str], distance: float) -> None:
     """Each tier keeps its promise and the table's, in both queries; all find the same pairs."""
     task, twin = (Task(query, *kinds, distance) for query in ("distance", "penetration"))
-    pairs = configurations(task)
+    pairs = copied(configurations(task))
     scene, L = Scene.of_pairs(SceneGraph(), pairs), sizes(pairs)
     for tier in Accuracy:
         found = scene.query.compute_point_pair_penetration(accuracy=tier, certificate=True)
