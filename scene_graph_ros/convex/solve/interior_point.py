@@ -137,7 +137,7 @@ class InteriorPoint:
             self._squares += 2.0 * weight * (M @ Z).T @ (M @ Z)
 
     def _kept(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return what is to be at least 0, and its slopes."""
+        """Return the values ``(k,)`` of all inequalities, and their slopes ``(k, n)``."""
         values, slopes = values_of(self._least, z)
         return (
             np.concatenate([self._A @ z + self._b, values]),
@@ -307,6 +307,6 @@ def independent(M: np.ndarray) -> np.ndarray:
 
 
 def _longest(x: np.ndarray, step: np.ndarray) -> float:
-    """Return how much of a step leaves all entries above 0."""
+    """Return the largest fraction of a step, at most 1, that leaves all entries above 0."""
     fall = float((-step / x).max(initial=0.0))
     return 1.0 if fall <= _TO_EDGE else _TO_EDGE / fall
