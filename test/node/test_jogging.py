@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
+
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TwistStamped
 from node_harness import diagnostics_values, wait_until
@@ -15,7 +17,9 @@ from scene_graph_msgs.msg import JogStatus
 from scene_graph_ros.planning import load_robot_diagram, SceneGraphCollisionChecker
 
 SCENE = "config/scenes/panda_cell.yaml"
-KEEP, RATE, ACCELERATION = 0.03, 100.0, 4.0
+KEEP, RATE = 0.03, 100.0
+# The gain brakes long before the acceleration has to: periods of 0.1 s keep the distance, too.
+ACCELERATION, LONGEST = 20.0, 0.1
 ARM = tuple(f"panda_joint{k}" for k in range(1, 8))
 NAMES = (*ARM, "panda_finger_joint1")
 START = [0.0, -0.4, 0.0, -2.0, 0.0, 1.6, 0.8, 0.02]
@@ -52,13 +56,27 @@ def status(client, node):
 
 
 @pytest.fixture
-def robot(client, node, status):
+def start_robot(client, node, status):
+    """Return a function that has a robot be where it starts, until it is idle at the end."""
+
+    @contextmanager
+    def start():
+        robot = VelocityRobot(client, NAMES, START, slice(0, 7))
+        yield robot
+        wait_until(
+            lambda: status.newest is None or status.newest.state == JogStatus.IDLE, "idleness"
+        )
+        wait_until(lambda: robot.is_at_rest, "rest, by both topics")
+        robot.close()
+
+    return start
+
+
+@pytest.fixture
+def robot(start_robot):
     """The robot, where it starts."""
-    robot = VelocityRobot(client, NAMES, START, slice(0, 7), 1.0 / RATE)
-    yield robot
-    wait_until(lambda: status.newest is None or status.newest.state == JogStatus.IDLE, "idleness")
-    wait_until(lambda: robot.is_at_rest, "rest, by both topics")
-    robot.close()
+    with start_robot() as robot:
+        yield robot
 
 
 @pytest.fixture(scope="module")
@@ -116,33 +134,43 @@ def newest(status, client):
     )
 
 
-def test_a_hand_that_is_pushed_into_the_table_stays_above_it(robot, twists, status, clearance):
-    """It comes near, keeps its distance all the way, and may leave."""
-    down = asked_until(
-        lambda: twists(z=-0.3),
-        lambda: (
-            (m := status.newest)
-            and m.state == JogStatus.HELD
-            and len(m.active_a)
-            and m.nearest_distance < KEEP + 0.002
-            # After a late tick the node takes the robot, which stopped, to be farther down.
-            and clearance(robot.q) < KEEP + 0.005
-            and m
-        ),
-        "the table in the way",
-    )
+def test_a_hand_that_is_pushed_into_the_table_stays_above_it(
+    start_robot, twists, status, clearance
+):
+    """It comes near, keeps its distance all the way, and may leave.
+
+    What a velocity causes is proven for a period of the node. Where the machine had the node wait
+    for longer than the gain makes up for, the robot is pushed again.
+    """
+    for _ in range(10):
+        with start_robot() as robot:
+            down = asked_until(
+                lambda: twists(z=-0.3),
+                lambda: (
+                    (m := status.newest)
+                    and m.state == JogStatus.HELD
+                    and len(m.active_a)
+                    and m.nearest_distance < KEEP + 0.002
+                    and m
+                ),
+                "the table in the way",
+            )
+            lowest = len(robot.passed)
+            asked_until(
+                lambda: twists(z=0.2),
+                lambda: clearance(robot.q) > KEEP + 0.05,
+                "the hand above the table",
+            )
+        if robot.longest_period <= LONGEST:
+            break
+    else:
+        pytest.fail(f"ten times the node waited, at last for {robot.longest_period} s")
     assert down.names == [f"panda/{name}" for name in ARM]
     assert "panda" in down.nearest_a.frame + down.nearest_b.frame + down.nearest_a.source
     assert min(down.active_distances) >= KEEP - 0.002
     assert (down.proven_until.sec, down.proven_until.nanosec) > (
         down.header.stamp.sec,
         down.header.stamp.nanosec,
-    )
-    lowest = len(robot.passed)
-    asked_until(
-        lambda: twists(z=0.2),
-        lambda: clearance(robot.q) > KEEP + 0.05,
-        "the hand above the table",
     )
     assert lowest > 20
     least = min(clearance(q) for q in robot.passed)

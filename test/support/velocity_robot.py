@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -19,16 +20,16 @@ _TOLD_PERIOD = 0.01
 _DELAY = 300_000_000
 """How old (ns) the positions are that it tells: by then it has heard each command of that time."""
 
+_HELD = 100_000_000
+"""How long (ns) it holds a velocity."""
+
 
 class VelocityRobot:
-    """Holds each velocity until the next one's stamp, for two periods at most."""
+    """Holds each velocity until the next one's stamp, for 0.1 s at most."""
 
-    def __init__(
-        self, client: Any, names: tuple[str, ...], q: Any, moving: slice, period: float
-    ) -> None:
+    def __init__(self, client: Any, names: tuple[str, ...], q: Any, moving: slice) -> None:
         """``moving`` are the positions ``q`` of ``names`` that commands move, in their order."""
         self._client, self._names, self._moving = client, names, moving
-        self._held = round(2e9 * period)
         self._history = [(0, np.array(q), np.zeros(len(names)))]
         self.commands: list[NDArray[np.float64]] = []
         """The velocities that were sent."""
@@ -52,6 +53,13 @@ class VelocityRobot:
     def passed(self) -> list[NDArray[np.float64]]:
         """Where it has been, by commands."""
         return [q for _, q, _ in self._history]
+
+    @property
+    def longest_period(self) -> float:
+        """The longest time (s) between two commands that do not begin at rest."""
+        stamps = [(stamp, velocity.any()) for stamp, _, velocity in self._history[1:]]
+        periods = (after - at for (at, moves), (after, _) in pairwise(stamps) if moves)
+        return 1e-9 * max(periods, default=0)
 
     @property
     def is_at_rest(self) -> bool:
@@ -79,7 +87,7 @@ class VelocityRobot:
     def _at(self, stamp: int) -> NDArray[np.float64]:
         """Return the positions at a time (ns)."""
         at, q, velocity = next(each for each in reversed(self._history) if each[0] <= stamp)
-        return q + velocity * (min(stamp - at, self._held) * 1e-9)
+        return q + velocity * (min(stamp - at, _HELD) * 1e-9)
 
     def _tell(self) -> None:
         if self.is_silent:
