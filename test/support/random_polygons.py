@@ -22,9 +22,7 @@ def polygon_of_triangles(rng, count, *, on_lattice=False):
     holes bridged to the outline, and corners and sides that it passes twice. Some corners are
     doubled, some sides cut in two, and spikes of no width go out of some corners.
     """
-    points = rng.normal(size=(2 * count, 2))
-    if on_lattice:
-        points = np.unique(np.round(2.0 * points), axis=0)
+    points = _corners(rng, 2 * count, on_lattice=on_lattice)
     mesh = Delaunay(points, qhull_options="QJ" if on_lattice else "Qbb Qc Qz")
     corners = points[mesh.simplices]
     u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
@@ -52,6 +50,17 @@ def polygon_of_triangles(rng, count, *, on_lattice=False):
         for side in ((a, new), (new, b)):
             sides[frozenset(side)] = beyond
     return _decorated(rng, points[walk]), float(area)
+
+
+def _corners(rng, count, *, on_lattice):
+    """Return points (n, 2) that are not on one line, at most ``count`` of them."""
+    while True:
+        points = rng.normal(size=(count, 2))
+        if not on_lattice:
+            return points
+        points = np.unique(np.round(2.0 * points), axis=0)
+        if len(points) > 3 and np.linalg.matrix_rank(points - points[0]) == 2:
+            return points
 
 
 def _decorated(rng, points):
