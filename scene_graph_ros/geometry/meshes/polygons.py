@@ -138,7 +138,7 @@ def _is_strictly_convex(points):
 
 
 @lean_kernel
-def _best_ear(points, after, before, quality, start, left):
+def _best_ear(points, after, before, quality, start, left, slack):
     """Return the corner that is the best ear by known qualities, by another look, or with a slack.
 
     Its quality is negative where there is none.
@@ -148,8 +148,8 @@ def _best_ear(points, after, before, quality, start, left):
         k = start
         for _ in range(left):
             if again > 0:
-                slack = 0.0 if again == 1 else _ROUNDING
-                quality[k] = _quality(points, after, before, k, left, slack)
+                loose = slack if again == 1 else _ROUNDING
+                quality[k] = _quality(points, after, before, k, left, loose)
             if quality[k] > quality[best]:
                 best = k
             k = after[k]
@@ -215,6 +215,33 @@ def _is_covered_once(points, triangles):
 
 
 @kernel
+def _clip_ears(points, out, slack):
+    """Write the triangles of a polygon that need not cross itself; ears have a slack at first."""
+    n = len(points)
+    after, before = np.empty(n, np.int64), np.empty(n, np.int64)
+    quality = np.empty(n)
+    for i in range(n):
+        after[i], before[i] = (i + 1) % n, (i + n - 1) % n
+    for i in range(n):
+        quality[i] = _quality(points, after, before, i, n, slack)
+    start, misses = 0, 0
+    for step in range(n - 2):
+        left = n - step
+        best = start
+        if misses < _MOST_MISSES:
+            best = _best_ear(points, after, before, quality, start, left, slack)
+        if misses == _MOST_MISSES or quality[best] < 0.0:
+            misses = min(misses + 1, _MOST_MISSES)
+            best = _least_turn(points, after, before, start, left)
+        a, c = before[best], after[best]
+        out[step, 0], out[step, 1], out[step, 2] = a, best, c
+        after[a], before[c], start = c, a, a
+        if left > 3 and misses < _MOST_MISSES:
+            quality[a] = _quality(points, after, before, a, left - 1, slack)
+            quality[c] = _quality(points, after, before, c, left - 1, slack)
+
+
+@kernel
 def _ears(points, out):
     """Write the n - 2 triangles (rows of points) of a polygon that runs counter-clockwise.
 
@@ -227,28 +254,16 @@ def _ears(points, out):
         return _WHOLE
     if n > MOST_CORNERS:
         return _TOO_LONG
-    after, before = np.empty(n, np.int64), np.empty(n, np.int64)
-    quality = np.empty(n)
-    for i in range(n):
-        after[i], before[i] = (i + 1) % n, (i + n - 1) % n
-    for i in range(n):
-        quality[i] = _quality(points, after, before, i, n, 0.0)
-    start, misses = 0, 0
-    for step in range(n - 2):
-        left = n - step
-        best = start
-        if misses < _MOST_MISSES:
-            best = _best_ear(points, after, before, quality, start, left)
-        if misses == _MOST_MISSES or quality[best] < 0.0:
-            misses = min(misses + 1, _MOST_MISSES)
-            best = _least_turn(points, after, before, start, left)
-        a, c = before[best], after[best]
-        out[step, 0], out[step, 1], out[step, 2] = a, best, c
-        after[a], before[c], start = c, a, a
-        if left > 3 and misses < _MOST_MISSES:
-            quality[a] = _quality(points, after, before, a, left - 1, 0.0)
-            quality[c] = _quality(points, after, before, c, left - 1, 0.0)
-    return _WHOLE if _is_covered_once(points, out) else _CROSSES
+    _clip_ears(points, out, 0.0)
+    if _is_covered_once(points, out):
+        return _WHOLE
+    # An ear may have been wrong by rounding, where corners and sides are passed several times.
+    other = np.empty_like(out)
+    _clip_ears(points, other, _ROUNDING)
+    if _is_covered_once(points, other):
+        out[:] = other
+        return _WHOLE
+    return _CROSSES
 
 
 @kernel

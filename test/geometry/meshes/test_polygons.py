@@ -73,6 +73,14 @@ def test_triangles_cover_any_polygon_once(on_lattice):
         check_cover(np.column_stack([flat, np.zeros(len(flat))]), area)
 
 
+def test_a_polygon_that_passes_its_own_corners_several_times_is_covered():
+    """The best ear was wrong by rounding here, which shows in the sum of areas; another is not."""
+    rng = np.random.default_rng([1806, True])
+    flat, area = polygon_of_triangles(rng, int(rng.integers(2, 60)), on_lattice=True)
+    points, scale = placed(rng, flat)
+    check_cover(points, scale**2 * area)
+
+
 def ring(corners, radius, *, turned=False, corner=0.0):
     """Return corners (n, 2) around the origin, the other way round where turned."""
     angles = 2.0 * np.pi * (np.arange(corners) + corner) / corners * (-1 if turned else 1)
