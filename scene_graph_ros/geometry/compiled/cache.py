@@ -24,7 +24,6 @@ from concurrent.futures import ThreadPoolExecutor
 import contextlib
 import functools
 import hashlib
-import inspect
 import os
 from pathlib import Path
 import tempfile
@@ -205,8 +204,6 @@ def name_by_what_it_holds(function: Any) -> None:
     The name is that of its machine code, in which a number tells functions of one name apart. Two
     processes may give the same number to two of them, and a third loads both.
     """
-    # Numba asks for it three times.
-    function.__signature__ = inspect.signature(function)
     if function.__closure__:
         held = repr(_held_by(function)).encode()
         function.__qualname__ += f"_{hashlib.blake2b(held, digest_size=8).hexdigest()}"

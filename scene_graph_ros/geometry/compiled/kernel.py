@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+import functools
 from typing import Any
 
-import numba
 from numba import types
 import numba.core.config as numba_config
+from numba.core.registry import CPUDispatcher
 
 from scene_graph_ros.geometry.compiled.cache import (
     FLAGS,
@@ -15,6 +16,7 @@ from scene_graph_ros.geometry.compiled.cache import (
     name_by_what_it_holds,
 )
 from scene_graph_ros.geometry.compiled.callee_code import Callees, Kept, link_environments
+from scene_graph_ros.geometry.compiled.lazy_dispatcher import LazyDispatcher
 from scene_graph_ros.geometry.compiled.lean_code import has_bitcode
 from scene_graph_ros.geometry.compiled.signal_shield import shielded
 from scene_graph_ros.geometry.compiled.slice_errors import with_short_slice_errors
@@ -24,12 +26,12 @@ __all__ = [
     "compile_for_callers",
     "inlined_kernel",
     "kernel",
-    "kernel_count",
     "lean_kernel",
     "merged_kernel",
 ]
 
 _dispatchers: list[Any] = []
+"""Of kernels that were used."""
 
 
 def _prepare_for_callers(dispatcher: Any, cache: KernelCache) -> None:
@@ -111,12 +113,17 @@ def _compiled(function: Callable[..., Any], flags: dict[str, Any]) -> Any:
     if numba_config.DISABLE_JIT:
         return function
     name_by_what_it_holds(function)
-    dispatcher = numba.njit(**flags)(function)
-    cache = KernelCache(function)
+    return LazyDispatcher(function, functools.partial(_initialize, flags=flags))
+
+
+def _initialize(dispatcher: Any, flags: dict[str, Any]) -> None:
+    """Do as ``numba.njit`` does, and have our cache used."""
+    options = {**flags, "nopython": True, "boundscheck": None}
+    CPUDispatcher.__init__(dispatcher, dispatcher.py_func, targetoptions=options)
+    cache = KernelCache(dispatcher.py_func)
     _prepare_for_callers(dispatcher, cache)
     _prepare_for_python(dispatcher, cache)
     _dispatchers.append(dispatcher)
-    return dispatcher
 
 
 def compile_for_callers(kernel: Any, types_of_arguments: tuple[Any, ...]) -> None:
@@ -127,8 +134,3 @@ def compile_for_callers(kernel: Any, types_of_arguments: tuple[Any, ...]) -> Non
 def compilation_count() -> int:
     """Count the kernels compiled by this process; loads from the cache do not count."""
     return sum(sum(d.stats.cache_misses.values()) for d in _dispatchers)
-
-
-def kernel_count() -> int:
-    """Count the kernels that were declared so far, compiled or not."""
-    return len(_dispatchers)

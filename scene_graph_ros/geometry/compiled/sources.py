@@ -38,6 +38,7 @@ _KEEPING = frozenset(
         "claims",
         "kernel_files",
         "kernel_packs",
+        "lazy_dispatcher",
         "lean_code",
         "pack_writer",
         "readiness",
