@@ -36,6 +36,10 @@ _SLOPE, _KEPT, _PRODUCT = 1e-8, 1e-9, 1e-9
 """Where an iteration ends: the largest slope of the Lagrangian, in units of cost, the largest
 violation of rows of length 1, and the largest product of a row and its multiplier."""
 
+_BROKEN = 1e-11
+"""By how much inequalities may be broken at such an end: velocities are off by a multiple of it,
+as durations may be much shorter than their bounds are apart."""
+
 _SLACK = 1e-2
 """The least first slack."""
 
@@ -257,6 +261,7 @@ class _State:
             self._of._norms.rough <= _SHARP
             and np.abs(self._rd).max(initial=0.0) <= _SLOPE
             and np.abs(self._c - self._slack).max(initial=0.0) <= _KEPT
+            and self._c.min(initial=0.0) >= -_BROKEN
             and np.abs(self._h).max(initial=0.0) <= 0.1 * _KEPT
             and (self._slack * self._multipliers).max(initial=0.0) <= _PRODUCT
         )
