@@ -75,6 +75,9 @@ _END, _GAIN, _PERIOD, _FULL = 1e-8, 0.5, 8, 5
 around a point where a norm vanishes: after so many full ones in a row that take less than a part
 off the slope, all up to the period are halved."""
 
+_BLOCK = 36
+"""Rows of a block of a product."""
+
 _FIRST_SHIFT, _SHIFTS = 1e-4, 20
 """What is added to a Hessian that is not positive definite, more each time, and how often."""
 
@@ -313,7 +316,7 @@ class _State:
         )  # fmt: skip
         D, lacking = lam / s, self._c - s
         pressed = J * np.sqrt(D)[:, None]
-        convex = of._squares + of._norms.curvature() + pressed.T @ pressed
+        convex = of._squares + of._norms.curvature() + _squared(pressed)
         typical = float(np.trace(convex)) / len(z)
         heavy = max(1.0, typical)
         if len(JE):
@@ -324,7 +327,7 @@ class _State:
         factor = self._positive(convex, bent)
         if factor is None:
             return None
-        Y = dpotrs(factor, JE.T)[0] if len(JE) else JE.T
+        Y = np.array([dpotrs(factor, row)[0] for row in JE]).T if len(JE) else JE.T
         inner = JE @ Y
         inner[np.diag_indices(len(inner))] += 1e-14 * np.trace(inner) / max(len(inner), 1)
         of_equal = _factor(inner) if len(JE) else inner
@@ -356,6 +359,18 @@ class _State:
                 break
         self._shift = shift
         return factor
+
+
+def _squared(M: np.ndarray) -> np.ndarray:
+    """Return ``M.T @ M`` ``(n, n)``, by blocks for which BLAS wakes no other threads.
+
+    On a busy machine it waits for them a hundred times as long as the product takes.
+    """
+    found: np.ndarray = M[:_BLOCK].T @ M[:_BLOCK]
+    for first in range(_BLOCK, len(M), _BLOCK):
+        block = M[first : first + _BLOCK]
+        found += block.T @ block
+    return found
 
 
 def _factor(K: np.ndarray) -> np.ndarray | None:
