@@ -49,11 +49,9 @@ _SHORT = 2e-2
 _LOST = 1e3
 """A slope, in units of cost, from which no search came back."""
 
-_LEAST = 1e-13
-"""Of slacks, which rounding would take to 0."""
-
-_TO_EDGE = 0.99
-"""Of the step to where a slack or a multiplier is 0: how long one is at most."""
+_LEAST, _TO_EDGE = 1e-13, 0.99
+"""Of slacks, which rounding would take to 0; and of the step to where a slack or a multiplier is
+0: how long one is at most."""
 
 _ROUGHEST, _NEARLY_SHARP, _SHARP, _SHARPER, _SLIGHT = 1e-2, 3e-5, 1e-6, 0.1, 0.1
 """Norms are ``sqrt(|w|^2 + s^2)``, s being these parts of their sizes, first, near the end and
@@ -75,11 +73,9 @@ _END, _GAIN, _PERIOD, _FULL = 1e-8, 0.5, 8, 5
 around a point where a norm vanishes: after so many full ones in a row that take less than a part
 off the slope, all up to the period are halved."""
 
-_BLOCK = 36
-"""Rows of a block of a product."""
-
-_FIRST_SHIFT, _SHIFTS = 1e-4, 20
-"""What is added to a Hessian that is not positive definite, more each time, and how often."""
+_FIRST_SHIFT, _SHIFTS, _BLOCK = 1e-4, 20, 36
+"""What is added to a Hessian that is not positive definite, more each time, and how often; and the
+rows of a block of a product."""
 
 
 class Search(NamedTuple):
