@@ -17,32 +17,46 @@ import numpy as np
 
 from scene_graph_ros.convex.solve.products import curvature_of, joined, Products, values_of
 
-__all__ = ["Costs", "InteriorPoint", "Rows", "independent"]
+__all__ = [
+    "FAR",
+    "KEPT",
+    "NEAR",
+    "Costs",
+    "InteriorPoint",
+    "LinearRows",
+    "Rows",
+    "Search",
+    "independent",
+]
 
 Rows = tuple[np.ndarray, np.ndarray]
 """``M (k, n)`` and ``m (k,)`` of rows ``M @ y + m``."""
-
-_ITERATIONS = 40
 
 _SLOPE, _KEPT, _PRODUCT = 1e-8, 1e-9, 1e-9
 """Where an iteration ends: the largest slope of the Lagrangian, in units of cost, the largest
 violation of rows of length 1, and the largest product of a row and its multiplier."""
 
-_BARRIER, _SLACK = {False: 1e-1, True: 1e-3}, 1e-2
-"""The first products, far from a start and near it, and the least first slack."""
+_BROKEN = 1e-11
+"""By how much inequalities may be broken at such an end: velocities are off by a multiple of it,
+as durations may be much shorter than their bounds are apart."""
+
+_SLACK = 1e-2
+"""The least first slack."""
+
+_SHORT = 2e-2
+"""Of a Newton step: one that is cut to less is short."""
 
 _LOST = 1e3
 """A slope, in units of cost, from which no search came back."""
 
-_LEAST = 1e-13
-"""Of slacks, which rounding would take to 0."""
+_LEAST, _TO_EDGE = 1e-13, 0.99
+"""Of slacks, which rounding would take to 0; and of the step to where a slack or a multiplier is
+0: how long one is at most."""
 
-_TO_EDGE = 0.99
-"""Of the step to where a slack or a multiplier is 0: how long one is at most."""
-
-_ROUGHEST, _SHARP, _SHARPER, _SLIGHT = 1e-2, 1e-6, 0.1, 0.1
-"""Norms are ``sqrt(|w|^2 + s^2)``, s being these parts of their sizes, first and last; each step
-is sharper by a factor while the slope is less than a part of the largest norm's weight."""
+_ROUGHEST, _NEARLY_SHARP, _SHARP, _SHARPER, _SLIGHT = 1e-2, 3e-5, 1e-6, 0.1, 0.1
+"""Norms are ``sqrt(|w|^2 + s^2)``, s being these parts of their sizes, first, near the end and
+last; each step is sharper by a factor while the slope is less than a part of the largest norm's
+weight."""
 
 _DEPENDENT = 1e-11
 """Of the longest row: what is left of a row less others, where it depends on them."""
@@ -50,8 +64,32 @@ _DEPENDENT = 1e-11
 _FLAT = 1e-10
 """Of a row's length: what is left of one that equations decide."""
 
-_FIRST_SHIFT, _SHIFTS = 1e-4, 20
-"""What is added to a Hessian that is not positive definite, more each time, and how often."""
+_LEAST_CURVATURE = 1e-11
+"""In units of cost: what is added to each Hessian. More would shorten steps along which the cost
+hardly curves, as with durations that nothing but a product bounds."""
+
+_END, _GAIN, _PERIOD, _FULL = 1e-8, 0.5, 8, 5
+"""With products of this mean the last part of a search begins. Newton steps may go in circles
+around a point where a norm vanishes: after so many full ones in a row that take less than a part
+off the slope, all up to the period are halved."""
+
+_FIRST_SHIFT, _SHIFTS, _BLOCK = 1e-4, 20, 36
+"""What is added to a Hessian that is not positive definite, more each time, and how often; and the
+rows of a block of a product."""
+
+
+class Search(NamedTuple):
+    """The first products of rows and multipliers, and when a search is given up."""
+
+    barrier: float
+    iterations: int = 40
+    short_steps: int = 2
+    """The most steps that slacks cut short. Where slacks vanish before constraints are kept,
+    multipliers grow without bounds, and steps become ever shorter."""
+
+
+NEAR, FAR, KEPT = Search(1e-3), Search(1e-1), Search(1e-2, 80, 80)
+"""Near a start, far from it, and from one that keeps the inequalities."""
 
 
 class Costs(NamedTuple):
@@ -103,28 +141,49 @@ class _Norms:
         self._duals = moved / np.maximum(np.sqrt((moved**2).sum(axis=1)), 1.0)[:, None]
 
 
+class LinearRows:
+    """Equations, and rows that are at least 0, of all points y + Z @ z that keep the former."""
+
+    def __init__(self, equations: Rows, rows: Rows) -> None:
+        from scipy.linalg import qr
+
+        (E, e), (self._A, self._b) = equations, rows
+        kept = independent(E)
+        self._E, self._e, rank = E[kept], e[kept], len(kept)
+        Q, R = qr(self._E.T)
+        self._along, self._R, self.Z = Q[:, :rank], R[:rank], Q[:, rank:]
+        self.longest = np.linalg.norm(self._A, axis=1)
+        self.A = self._A @ self.Z
+        self.sizes = np.linalg.norm(self.A, axis=1)
+
+    def nearest(self, start: np.ndarray) -> np.ndarray:
+        """Return the nearest point ``(n,)`` that keeps the equations."""
+        from scipy.linalg import solve_triangular
+
+        lacking = solve_triangular(self._R, -(self._E @ start + self._e), trans="T")
+        found: np.ndarray = start + self._along @ lacking
+        return found
+
+    def values(self, y: np.ndarray) -> np.ndarray:
+        """Return the values ``(k,)`` of the rows at a point."""
+        found: np.ndarray = self._A @ y + self._b
+        return found
+
+
 class InteriorPoint:
     """The program of z, for y + Z @ z keeping the equations; rows are of length 1."""
 
     def __init__(
         self,
         start: np.ndarray,
-        linear: tuple[Rows, Rows],
+        linear: LinearRows,
         products: tuple[Products, Products],
         costs: Costs,
     ) -> None:
-        """``linear`` and ``products`` are 0, the first of each, and at least 0, the second."""
-        from scipy.linalg import qr, solve_triangular
-
-        (E, e), (A, b) = linear
-        kept = independent(E)
-        Q, R = qr(E[kept].T)
-        rank = len(kept)
-        lacking = solve_triangular(R[:rank], -(E[kept] @ start + e[kept]), trans="T")
-        self._y, self._Z = start + Q[:, :rank] @ lacking, Q[:, rank:]
+        """``products`` are 0, the first of them, and at least 0, the second."""
+        self._y, self._Z = linear.nearest(start), linear.Z
         y, Z = self._y, self._Z
-        A, b, longest = A @ Z, A @ y + b, np.linalg.norm(A, axis=1)
-        sizes = np.linalg.norm(A, axis=1)
+        A, b, longest, sizes = linear.A, linear.values(y), linear.longest, linear.sizes
         moves = sizes > _FLAT * longest
         self._is_possible = bool((b[~moves] >= -_KEPT * longest[~moves]).all())
         self._A, self._b = A[moves] / sizes[moves, None], b[moves] / sizes[moves]
@@ -145,11 +204,11 @@ class InteriorPoint:
         )
 
     def solve(
-        self, is_near: bool, is_over: Callable[[], bool] | None = None
+        self, search: Search, is_over: Callable[[], bool] | None = None
     ) -> tuple[np.ndarray, bool]:
         """Return a point ``(n,)``, and whether its conditions of optimality hold.
 
-        From the start, near which a search stays if ``is_near``. It ends where ``is_over``.
+        The search begins at the start, and ends where ``is_over``.
         """
         if not self._Z.shape[1]:
             nothing = np.zeros(0)
@@ -157,11 +216,14 @@ class InteriorPoint:
             return self._y, self._is_possible and bool((np.concatenate(kept) >= -_KEPT).all())
         if not self._is_possible:
             return self._y, False
-        state = _State(self, _BARRIER[is_near])
-        for _ in range(_ITERATIONS):
+        state, short = _State(self, search.barrier), 0
+        for _ in range(search.iterations):
             if state.is_optimal():
                 return self._y + self._Z @ state.z, True
             if (is_over is not None and is_over()) or not state.step():
+                break
+            short += state.is_short
+            if short > search.short_steps:
                 break
         return self._y, False
 
@@ -175,7 +237,7 @@ class _State:
         self._slack = np.maximum(self._c, _SLACK)
         self._multipliers = barrier / self._slack
         self._of_equal = np.zeros(sum(len(some[0].l) for some in of._equal))
-        self._shift = 0.0
+        self._shift, self._idle, self._least_slope, self.is_short = 0.0, 0, np.inf, False
         self._look()
 
     def _slope(self) -> np.ndarray:
@@ -198,6 +260,7 @@ class _State:
             self._of._norms.rough <= _SHARP
             and np.abs(self._rd).max(initial=0.0) <= _SLOPE
             and np.abs(self._c - self._slack).max(initial=0.0) <= _KEPT
+            and self._c.min(initial=0.0) >= -_BROKEN
             and np.abs(self._h).max(initial=0.0) <= 0.1 * _KEPT
             and (self._slack * self._multipliers).max(initial=0.0) <= _PRODUCT
         )
@@ -219,6 +282,9 @@ class _State:
         bent = barrier - ahead[0] * ahead[1] * ds * dl
         dz, ds, dl, dn = solve(np.clip(bent, 0.1 * barrier, 10.0 * barrier))
         along, dual = _longest(s, ds), _longest(lam, dl)
+        self.is_short = along < _SHORT
+        if self._goes_in_circles(mean):
+            along, dual = 0.5 * along, 0.5 * dual
         self._of._norms.step(dz, min(along, dual))
         self.z = self.z + along * dz
         self._multipliers, self._of_equal = lam + dual * dl, self._of_equal + dual * dn
@@ -227,6 +293,15 @@ class _State:
         self._slack = np.maximum(np.maximum(s + along * ds, self._c), _LEAST)
         self._look()
         return bool(np.abs(self._rd).max(initial=0.0) <= _LOST)
+
+    def _goes_in_circles(self, mean: float) -> bool:
+        """Tell whether a step is to be halved; ``mean`` is that of all products."""
+        if mean > _END or self._of._norms.rough > _NEARLY_SHARP:
+            return False
+        slope = float(np.abs(self._rd).max(initial=0.0))
+        self._idle = 0 if slope < _GAIN * self._least_slope else self._idle + 1
+        self._least_slope = min(self._least_slope, slope)
+        return self._idle % _PERIOD >= _FULL
 
     def _factored(self) -> Callable[[np.ndarray], tuple[np.ndarray, ...]] | None:
         """Return a function of products of slacks and multipliers: the step to them."""
@@ -237,18 +312,18 @@ class _State:
         )  # fmt: skip
         D, lacking = lam / s, self._c - s
         pressed = J * np.sqrt(D)[:, None]
-        convex = of._squares + of._norms.curvature() + pressed.T @ pressed
+        convex = of._squares + of._norms.curvature() + _squared(pressed)
         typical = float(np.trace(convex)) / len(z)
         heavy = max(1.0, typical)
         if len(JE):
             convex += heavy * (JE.T @ JE)
-        convex[np.diag_indices(len(z))] += 1e-11 * typical
+        convex[np.diag_indices(len(z))] += _LEAST_CURVATURE
         bent = -curvature_of(of._least, z, lam[len(of._b) :])
         bent -= curvature_of(of._equal, z, self._of_equal)
         factor = self._positive(convex, bent)
         if factor is None:
             return None
-        Y = dpotrs(factor, JE.T)[0] if len(JE) else JE.T
+        Y = np.array([dpotrs(factor, row)[0] for row in JE]).T if len(JE) else JE.T
         inner = JE @ Y
         inner[np.diag_indices(len(inner))] += 1e-14 * np.trace(inner) / max(len(inner), 1)
         of_equal = _factor(inner) if len(JE) else inner
@@ -280,6 +355,18 @@ class _State:
                 break
         self._shift = shift
         return factor
+
+
+def _squared(M: np.ndarray) -> np.ndarray:
+    """Return ``M.T @ M`` ``(n, n)``, by blocks for which BLAS wakes no other threads.
+
+    On a busy machine it waits for them a hundred times as long as the product takes.
+    """
+    found: np.ndarray = M[:_BLOCK].T @ M[:_BLOCK]
+    for first in range(_BLOCK, len(M), _BLOCK):
+        block = M[first : first + _BLOCK]
+        found += block.T @ block
+    return found
 
 
 def _factor(K: np.ndarray) -> np.ndarray | None:

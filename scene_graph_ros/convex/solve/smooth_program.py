@@ -19,12 +19,17 @@ import numpy as np
 from scene_graph_ros.convex.solve.cones.cone_program import Cone
 from scene_graph_ros.convex.solve.interior_point import (
     Costs,
+    FAR,
     independent,
     InteriorPoint,
+    KEPT,
+    LinearRows,
+    NEAR,
     Rows,
+    Search,
 )
 from scene_graph_ros.convex.solve.iteration_callback import iteration_callback, IterationCallback
-from scene_graph_ros.convex.solve.products import Product
+from scene_graph_ros.convex.solve.products import Product, with_larger_bases
 
 __all__ = ["SmoothProgram", "has_ipopt"]
 
@@ -225,13 +230,17 @@ class SmoothProgram:
 
         ``is_near`` asks for one near the start, by a weak barrier. Without ``is_patient`` it ends
         where few iterations lead to none.
+
+        Where the first search ends at none, a second one begins with longer durations, or whatever
+        the bases of powers are, so that the inequalities are kept.
         """
         if not len(start):
             return start, True
         if self._is_simple and (self._zero or self._positive):
-            products = self._zero, self._positive
-            search = InteriorPoint(start, self._linear, products, self._simple)
-            found, is_optimal = search.solve(is_near, self._is_over)
+            found, is_optimal = self._by_products(start, NEAR if is_near else FAR)
+            if not is_optimal and is_patient:
+                raised = with_larger_bases(self._positive, start)
+                found, is_optimal = self._by_products(raised, KEPT)
             if is_optimal or not is_patient:
                 return found, is_optimal
         largest = [np.abs(M @ start + m).max(initial=0.0) for _, M, m in self._largest]
@@ -243,6 +252,12 @@ class SmoothProgram:
             self._is_rough = True
             y, is_solved = self._ever_sharper("rough_near" if is_near else "rough", first)
         return (y[: len(start)], is_solved) if np.isfinite(y).all() else (start, False)
+
+    def _by_products(self, start: np.ndarray, search: Search) -> tuple[np.ndarray, bool]:
+        """Return the point that `InteriorPoint` ends at, and whether it is optimal."""
+        products = self._zero, self._positive
+        program = InteriorPoint(start, self._rows_of_points, products, self._simple)
+        return program.solve(search, self._is_over)
 
     def _ever_sharper(self, how: str, first: np.ndarray) -> tuple[np.ndarray, bool]:
         """Return the point of the sharpest norms at which a search ends well, and whether any."""
@@ -279,6 +294,10 @@ class SmoothProgram:
         all_equations = [*self._equations, (M[is_equal], m[is_equal])]
         E, e = (np.concatenate(some) for some in zip(*all_equations, strict=True))
         return (E, e), (M[once], m[once])
+
+    @functools.cached_property
+    def _rows_of_points(self) -> LinearRows:
+        return LinearRows(*self._linear)
 
     @functools.cached_property
     def _written(self) -> tuple[dict[str, Any], np.ndarray]:

@@ -3,8 +3,20 @@
 import numpy as np
 import pytest
 
-from scene_graph_ros.convex.solve.interior_point import Costs, InteriorPoint
-from scene_graph_ros.convex.solve.products import curvature_of, joined, Product, values_of
+from scene_graph_ros.convex.solve.interior_point import (
+    Costs,
+    FAR,
+    InteriorPoint,
+    LinearRows,
+    NEAR,
+)
+from scene_graph_ros.convex.solve.products import (
+    curvature_of,
+    joined,
+    Product,
+    values_of,
+    with_larger_bases,
+)
 
 
 def no_rows(n):
@@ -30,16 +42,16 @@ def squares(p):
     return Costs(np.zeros(len(p)), [], [(np.eye(len(p)), -np.asarray(p, float), 1.0)])
 
 
-@pytest.mark.parametrize("is_near", [True, False])
+@pytest.mark.parametrize("search", [NEAR, FAR])
 @pytest.mark.parametrize("power", [2, 3])
-def test_the_shortest_time_under_a_bound_of_a_derivative(is_near, power):
+def test_the_shortest_time_under_a_bound_of_a_derivative(search, power):
     """The least h with 2 h^N >= x, x >= 16: the root of 8, from a start that keeps neither."""
     linear = no_rows(2), (np.array([[1.0, 0.0], [0.0, 1.0]]), np.array([-16.0, 0.0]))
     products = [], [(power_of(2, 1, power, 2.0), row_of([-1.0, 0.0]))]
     program = InteriorPoint(
-        np.array([1.0, 1.0]), linear, products, Costs(np.array([0.0, 1.0]), [], [])
+        np.array([1.0, 1.0]), LinearRows(*linear), products, Costs(np.array([0.0, 1.0]), [], [])
     )
-    y, is_optimal = program.solve(is_near)
+    y, is_optimal = program.solve(search)
     assert is_optimal
     np.testing.assert_allclose(y, [16.0, 8.0 ** (1.0 / power)], rtol=1e-7)
 
@@ -51,11 +63,11 @@ def test_an_equation_of_a_product_is_kept():
                       np.array([[0.0, 1.0, 0.0]]), np.zeros(1), 1)  # fmt: skip
     program = InteriorPoint(
         np.array([2.0, 0.5, 0.0]),
-        (equations, (np.eye(3), np.zeros(3))),
+        LinearRows(equations, (np.eye(3), np.zeros(3))),
         ([(product, row_of([0.0, 0.0, 0.0], -0.25))], []),
         squares([0.0, 0.0, 0.0]),
     )
-    y, is_optimal = program.solve(is_near=True)
+    y, is_optimal = program.solve(NEAR)
     assert is_optimal
     np.testing.assert_allclose(y, [0.5, 0.5, 3.0], atol=1e-7)
 
@@ -74,9 +86,9 @@ def test_a_sum_of_norms_is_least_where_one_vanishes_too(corners, expected):
     norms = [(np.eye(2), -np.array(p), 1.0, 1.0) for p in corners]
     box = np.concatenate([np.eye(2), -np.eye(2)]), np.full(4, 9.0)
     program = InteriorPoint(
-        np.array([0.3, 0.4]), (no_rows(2), box), ([], []), Costs(np.zeros(2), norms, [])
+        np.array([0.3, 0.4]), LinearRows(no_rows(2), box), ([], []), Costs(np.zeros(2), norms, [])
     )
-    y, is_optimal = program.solve(is_near=True)
+    y, is_optimal = program.solve(NEAR)
     assert is_optimal
     np.testing.assert_allclose(y, expected, atol=2e-6)
 
@@ -92,13 +104,15 @@ def test_no_point_is_no_optimum():
         (((first, np.zeros(1)), (first, np.array([-1.0]))), ([], [])),
         ((nothing, (second, np.ones(2))), ([], on_row)),
     ):
-        program = InteriorPoint(np.zeros(1), linear, products, squares([0.3]))
-        point, is_optimal = program.solve(is_near=True)
+        program = InteriorPoint(np.zeros(1), LinearRows(*linear), products, squares([0.3]))
+        point, is_optimal = program.solve(NEAR)
         assert not is_optimal
         assert np.isfinite(point).all()
-    fine = InteriorPoint(np.zeros(1), (nothing, (second, np.ones(2))), ([], []), squares([0.3]))
-    assert not fine.solve(True, lambda: True)[1]
-    assert fine.solve(True)[0] == pytest.approx(0.3, abs=1e-7)
+    fine = InteriorPoint(
+        np.zeros(1), LinearRows(nothing, (second, np.ones(2))), ([], []), squares([0.3])
+    )
+    assert not fine.solve(NEAR, lambda: True)[1]
+    assert fine.solve(NEAR)[0] == pytest.approx(0.3, abs=1e-7)
 
 
 @pytest.mark.parametrize(("side", "is_kept"), [(2.0, True), (3.0, False)])
@@ -107,11 +121,11 @@ def test_equations_may_leave_no_choice(side, is_kept):
     one = np.array([[1.0]])
     program = InteriorPoint(
         np.zeros(1),
-        ((one, np.array([-2.0])), (one, np.array([-side]))),
+        LinearRows((one, np.array([-2.0])), (one, np.array([-side]))),
         ([], [(power_of(1, 0, 2, 1.0), row_of([-2.0]))]),
         squares([0.0]),
     )
-    y, is_optimal = program.solve(is_near=True)
+    y, is_optimal = program.solve(NEAR)
     assert y == pytest.approx(2.0)
     assert is_optimal is is_kept
 
@@ -142,3 +156,19 @@ def test_products_have_their_derivatives():
         np.testing.assert_allclose(
             weights @ (ahead[1] - behind[1]) / (2.0 * step), curvature[k], rtol=1e-6, atol=1e-6
         )
+
+
+def test_longer_durations_keep_accelerations():
+    """Of 3 h^2 >= x and h^2 >= 2 x the larger h, and of a second duration its own; no others."""
+    y = np.array([8.0, 1.0, 2.0])
+    sums = [
+        (power_of(3, 1, 2, 3.0), row_of([-1.0, 0.0, 0.0])),
+        (power_of(3, 1, 2, 1.0), row_of([-2.0, 0.0, 0.0])),
+        (power_of(3, 2, 3, 1.0), row_of([-8.0, 0.0, 0.0])),
+        (power_of(3, 1, 2, -1.0), row_of([-1.0, 0.0, 0.0])),
+        (power_of(3, 1, 2, 1.0), power_of(3, 2, 2, 1.0), row_of([-99.0, 0.0, 0.0])),
+    ]
+    np.testing.assert_allclose(with_larger_bases(sums, y), [8.0, 4.0, 4.0], rtol=1e-12)
+    # Bases that keep what is asked stay, and those that are not above 0.
+    for at in (np.array([0.1, 1.0, 2.0]), np.array([8.0, -1.0, 99.0])):
+        np.testing.assert_array_equal(with_larger_bases(sums, at), at)

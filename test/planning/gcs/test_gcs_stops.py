@@ -6,7 +6,7 @@ import pytest
 from scene_graph_ros.convex.graphs.search.with_slack import solve_restriction
 from scene_graph_ros.convex.solve.interior_point import InteriorPoint
 from scene_graph_ros.convex.solve.smooth_program import SmoothProgram
-from scene_graph_ros.geometry.optimization import HPolyhedron, Point
+from scene_graph_ros.geometry.optimization import HPolyhedron, Hyperrectangle, Point
 from scene_graph_ros.planning import GcsTrajectoryOptimization
 
 CORRIDOR = [
@@ -85,3 +85,51 @@ def test_a_path_that_costs_a_limit_has_its_bound_alone():
         assert found.is_success is is_success
         assert found.lower_bound == free.lower_bound
         assert found.cost == (free.cost if is_success else np.inf)
+
+
+FAR_OFF = {
+    "accelerations": (
+        [([-0.8, -0.3], [0.5, 3.9]), ([-0.3, 2.9], [2.9, 4.4]), ([-0.1, 2.8], [2.9, 4.7]),
+         ([0.2, 3.3], [3.2, 4.8])],
+        [[0.0, 0.0], [2.9, 3.7]], 4, 0.1, 0),
+    "stops": (
+        [([-0.4, -0.6], [3.5, 0.4]), ([2.6, -0.1], [4.1, 3.6]), ([3.0, 2.7], [8.0, 3.6]),
+         ([3.6, 2.5], [8.2, 3.4])],
+        [[0.0, 0.0], [4.2, 3.1]], 5, 0.1, 1),
+    "times": (
+        [([-0.8, -0.3], [0.5, 4.9]), ([-1.9, 3.3], [0.5, 4.3])],
+        [[0.0, 0.0], [-1.4, 4.0]], 5, 0.0, 1),
+}  # fmt: skip
+"""Boxes, start and goal, the order, the weight of lengths, and the path's continuity."""
+
+
+@pytest.mark.parametrize("kind", FAR_OFF)
+def test_starts_that_break_bounds_do_not_need_ipopt(kind, monkeypatch):
+    """From rest to rest with continuous accelerations of at most 1 m/s2, at most 1 m/s.
+
+    Convex starts are too fast by far. Limits hold at all times, whatever the durations are.
+    """
+    pytest.importorskip("casadi")
+    boxes, ends, order, weight, continuity = FAR_OFF[kind]
+    graph = GcsTrajectoryOptimization(2)
+    free = graph.add_regions([Hyperrectangle(*box) for box in boxes], order, h_min=0.01)
+    start, goal = (graph.add_regions([Point(at)], 0) for at in ends)
+    for edges in (graph.add_edges(start, free), graph.add_edges(free, goal)):
+        edges.add_zero_derivative_constraints(1)
+    graph.add_time_cost()
+    if weight:
+        graph.add_path_length_cost(weight)
+    graph.add_velocity_bounds([-1.0, -1.0], [1.0, 1.0])
+    if continuity:
+        graph.add_path_continuity_constraints(continuity)
+    for k in (1, 2):
+        graph.add_continuity_constraints(k)
+    graph.add_nonlinear_derivative_bounds([-1.0, -1.0], [1.0, 1.0], 2)
+    monkeypatch.setattr(SmoothProgram, "_run", None)
+    trajectory, result = graph.solve_path(start, goal)
+    assert result.is_success
+    assert 0.0 < result.lower_bound <= result.cost
+    at = np.linspace(0.0, trajectory.end_time, 500)
+    for k in (1, 2):
+        assert abs(trajectory.derivative(k).value(at)).max() <= 1.0 + 1e-8
+        assert abs(trajectory.jumps(k)).max() <= 1e-7

@@ -77,17 +77,24 @@ def rounded_path(
     edges: Sequence[Edge],
     options: GraphOfConvexSetsOptions,
     tried: Tried,
+    first: Incumbent | None,
 ) -> tuple[Incumbent | None, int, str, ProvenBound | None]:
     """Return the best rounded path, how many there were, a failure, and the bound of all paths.
 
+    ``first`` is the best that is known before, and is returned where no other costs less.
     ``problems`` are that of paths, and the one that a bound is of. Where it is not the one that
     was relaxed, it is relaxed now; where paths have a choice in it, those of its flows are tried.
     """
     of_paths, free = problems
+    limit = np.inf if first is None else first.best.cost
     if not (bool(options.convex_relaxation) and has_surrogates(edges)):
-        return *round_paths(of_paths, known[0], known[1], options, tried), known[1]
+        rounded, count, failure = round_paths(
+            of_paths, known[0], known[1], options, tried, limit=limit
+        )
+        return better(first, rounded), count, failure, known[1]
     relaxed, bound = _bound_of_paths(free, *how, edges)
-    rounded, count, failure = round_paths(of_paths, known[0], bound, options, tried)
+    rounded, count, failure = round_paths(of_paths, known[0], bound, options, tried, limit=limit)
+    rounded = better(first, rounded)
     if free.terms is not of_paths.terms and relaxed is not None:
         limit = np.inf if rounded is None else rounded.best.cost
         more, others, _ = round_paths(of_paths, relaxed, bound, options, tried, limit=limit)

@@ -190,7 +190,8 @@ def _solve(
             break
         # Of flows that go there and back one path says enough: others will be drawn.
         bound = None if is_surrogate else proven
-        main, _, _ = round_paths(of_paths, relaxed, bound, options, tried, 1)
+        limit = np.inf if first is None else first.best.cost
+        main, _, _ = round_paths(of_paths, relaxed, bound, options, tried, 1, limit)
         first = better(first, main)
         if first is not None and is_closed(bound, first, options):
             break
@@ -209,9 +210,8 @@ def _solve(
             return _infeasible(tighter, relaxed)
         proven = max(tighter, proven, key=lambda each: each.value)
     rounded, count, failure, bound = rounded_path(
-        (of_paths, free), (relaxed, proven), (ordered, tolerance), used, options, tried
+        (of_paths, free), (relaxed, proven), (ordered, tolerance), used, options, tried, first
     )
-    rounded = better(first, rounded)
     answer = PathAnswer(used, problem, relaxed, (free, bound))
     if options.convex_relaxation:
         found = answer.of_relaxation(rounded, count, failure, tried)
