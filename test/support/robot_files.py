@@ -32,6 +32,9 @@ OPEN = 0.25
 GAP = 1e-6
 """Relative to the size: gaps that are closed (``repair_tolerance``)."""
 
+BESIDE = 1e-3
+"""Of the way from a corner to its triangle's middle: a point of that corner."""
+
 ALIKE = 0.9
 """The share of a part's triangles that must run alike for it to be a cavity."""
 
@@ -82,16 +85,19 @@ def hollow_parts(parts):
         normals = np.cross(b - a, c - a)
         areas = np.linalg.norm(normals, axis=1)
         step = min(GAP * size, volumes[i] / (12.0 * areas.sum()))
-        middles = (a + b + c) / 3.0 - step * normals / np.maximum(areas, 1e-300)[:, None]
+        inwards = step * normals / np.maximum(areas, 1e-300)[:, None]
+        middles = (a + b + c) / 3.0 - inwards
+        # A corner may be all that reaches out.
+        beside = [middles + (1.0 - BESIDE) * (corner - inwards - middles) for corner in (a, b, c)]
+        some = slice(None, None, 1 + len(middles) // 60)
         around = [
             k
             for k, other in enumerate(parts.triangles)
             if volumes[k] > volumes[i]
             and (boxes[k][0] <= boxes[i][0] + GAP * size).all()
             and (boxes[k][1] >= boxes[i][1] - GAP * size).all()
-            and (
-                solid_angles(middles[:: 1 + len(middles) // 60], parts.vertices, other) > 0.5
-            ).all()
+            and (solid_angles(middles[some], parts.vertices, other) > 0.5).all()
+            and (solid_angles(np.concatenate(beside)[some], parts.vertices, other) > 0.5).all()
         ]
         nearest = min(around, key=volumes.__getitem__, default=i)
         if len(around) % 2 == 1 and parts.ways[nearest] * parts.ways[i] < 0:

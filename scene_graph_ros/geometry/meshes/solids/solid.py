@@ -236,6 +236,7 @@ def _report(
             place = ", ".join(f"{x:.6g}" for x in open_edges[0].mean(axis=0))
             edges = "1 edge is" if len(open_edges) == 1 else f"{len(open_edges)} edges are"
             reason = f"{edges} open, one at ({place}), so a sheet has two sides and no inside"
+        reason = "; ".join(filter(None, [united.doubt, reason]))
     is_closed = closed > 0 and not sheets and not united.doubt
     return MeshReport(closed, united.cavities, sheets, tuple(merged(repairs)), is_closed, reason)
 
