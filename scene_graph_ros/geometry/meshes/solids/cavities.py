@@ -77,6 +77,8 @@ class Cavities(NamedTuple):
     """For each part the smallest one that it is a cavity of, or -1."""
     reaching: list[int]
     """The cavities that reach out of a part which they are inside of, by more than rounding."""
+    filling: list[int]
+    """The parts that are partly inside of one that they run against, and so are no cavities."""
 
 
 def cavities_among(
@@ -93,24 +95,29 @@ def cavities_among(
     rounding = _ROUNDING * float((upper.max(axis=0) - lower.min(axis=0)).max())
     tolerance = max(tolerance, rounding)
     volumes = np.array([part.volume for part in members])
+    ways = np.array([part.runs_outwards for part in members])
     shrunk = [_shrunk(vertices, part, tolerance) for part in members]
+    partly: list[list[int]] = [[] for _ in members]
     for k, other in enumerate(members):
-        is_candidate = (lower >= other.lower - tolerance).all(axis=1)
-        is_candidate &= (upper <= other.upper + tolerance).all(axis=1) & (volumes < other.volume)
+        is_candidate = (lower <= other.upper).all(axis=1) & (upper >= other.lower).all(axis=1)
+        low, high = other.lower - tolerance, other.upper + tolerance
+        is_nested = np.asarray((lower >= low).all(axis=1) & (upper <= high).all(axis=1))
+        is_candidate &= (volumes < other.volume) & (is_nested | (ways * other.runs_outwards < 0))
         for i in np.flatnonzero(is_candidate).tolist():
-            if _has_middle_inside(shrunk[i], vertices, other):
-                around[i].append(k)
+            if not _has_middle_inside(shrunk[i], vertices, other):
+                continue
+            (around if is_nested[i] else partly)[i].append(k)
     of, reaching = [], []
     for i, part in enumerate(members):
-        against = any(members[k].runs_outwards * part.runs_outwards < 0 for k in around[i])
+        others = {k for k in around[i] if ways[k] * ways[i] < 0}
         # Where nothing runs against it, there is nothing to find out.
         wholly = [
             k
             for k in around[i]
-            if against and _is_within(shrunk[i], vertices, members[k], bodies[i], bodies[k])
+            if others and _is_within(shrunk[i], vertices, members[k], bodies[i], bodies[k])
         ]
         smallest = min(wholly, key=lambda k: members[k].volume, default=i)
-        is_against = members[smallest].runs_outwards * part.runs_outwards < 0
+        is_against = ways[smallest] * ways[i] < 0
         is_hollow = is_against and len(wholly) % 2 == 1
         of.append(smallest if is_hollow else -1)
         if is_hollow:
@@ -119,7 +126,11 @@ def cavities_among(
                 _is_within(own, vertices, members[k], bodies[i], bodies[k]) for k in wholly
             ):
                 reaching.append(i)
-    return Cavities(of, reaching)
+        partly[i] += others - set(wholly)
+    # What fills a cavity runs against it, too.
+    bodies_at = [any(of[k] < 0 for k in some) for some in partly]
+    filling = [i for i, is_at in enumerate(bodies_at) if is_at and of[i] < 0]
+    return Cavities(of, reaching, filling)
 
 
 def _shrunk(vertices: FloatArray, part: Part, step: float) -> _Shrunk:

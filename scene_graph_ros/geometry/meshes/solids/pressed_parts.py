@@ -7,7 +7,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.meshes.solids.cavities import cavities_among, may_have_cavities, Part
+from scene_graph_ros.geometry.meshes.solids.cavities import (
+    Cavities,
+    cavities_among,
+    may_have_cavities,
+    Part,
+)
 from scene_graph_ros.geometry.meshes.solids.folds import first_fold
 from scene_graph_ros.geometry.meshes.solids.manifolds import bodies_of
 from scene_graph_ros.geometry.meshes.solids.press import Pressed, pressed_together
@@ -27,10 +32,7 @@ class PressedParts(NamedTuple):
     """(m, 3): the same, turned where they are of cavities."""
     of: IntArray
     """(v,): the part that each vertex is a corner of, or -1."""
-    cavity_of: list[int]
-    """The part that each is a cavity of, or -1."""
-    reaching: list[int]
-    """The cavities that reach out of their part."""
+    cavities: Cavities
     pressed: Pressed
 
 
@@ -43,15 +45,14 @@ def pressed_parts(points: FloatArray, members: list[Part], tolerance: float) -> 
     triangles = np.concatenate([part.triangles for part in members])
     of = np.full(len(points), -1)
     of[triangles] = label[:, None]
-    cavity_of = [-1] * len(members)
-    reaching: list[int] = []
+    cavities = Cavities([-1] * len(members), [], [])
     if may_have_cavities(members):
-        bodies = bodies_of(points, members)
-        cavity_of, reaching = cavities_among(points, members, bodies, tolerance)
-    hollow = np.array(cavity_of) >= 0
+        cavities = cavities_among(points, members, bodies_of(points, members), tolerance)
+    cavity_of = np.array(cavities.of)
+    hollow = cavity_of >= 0
     oriented = np.where(hollow[label][:, None], triangles[:, ::-1], triangles)
-    pressed = pressed_together(points, oriented, label, np.array(cavity_of), tolerance)
-    return PressedParts(triangles, oriented, of, cavity_of, reaching, pressed)
+    pressed = pressed_together(points, oriented, label, cavity_of, tolerance)
+    return PressedParts(triangles, oriented, of, cavities, pressed)
 
 
 def folds_at(

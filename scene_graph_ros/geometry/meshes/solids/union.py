@@ -62,6 +62,10 @@ _WIDE = 1e-6
 
 _SKINS = "bodies in cavities leave slits or skins of rounding where they touch walls"
 
+_CUT_OFF = "cavities that reach out of their part cut off"
+
+_FILLING = "parts that reach out of one which runs the other way taken as bodies"
+
 LEAST_PART = 1e-12
 """Relative to the whole: a part of this size, in length, is dropped."""
 
@@ -241,10 +245,10 @@ def _united_parts(
     """
     points, oriented = given = found.pressed.vertices, found.oriented
     repairs: list[Repair] = []
-    if found.reaching:
-        at = points[members[found.reaching[0]].triangles].mean(axis=(0, 1))
-        kind = "cavities that reach out of their part cut off"
-        repairs.append(repair_at(kind, len(found.reaching), at))
+    for kind, some in ((_CUT_OFF, found.cavities.reaching), (_FILLING, found.cavities.filling)):
+        if some:
+            at = points[members[some[0]].triangles].mean(axis=(0, 1))
+            repairs.append(repair_at(kind, len(some), at))
     if found.pressed.slits:
         kind, widest = "slits pressed together", found.pressed.widest
         repairs.append(repair_at(kind, found.pressed.slits, found.pressed.point, widest))
@@ -255,7 +259,7 @@ def _united_parts(
             at = first_crossing(points, found.triangles)
         united = cut_where_they_cross(points, oriented, found.of, at).piece
     repairs += united.repairs + _vanished(members, given, united[:2], found.pressed.tree)
-    return Piece(*united[:2], repairs, int(np.sum(np.array(found.cavity_of) >= 0)), united.doubt)
+    return Piece(*united[:2], repairs, int(np.sum(np.array(found.cavities.of) >= 0)), united.doubt)
 
 
 def _vanished(members: list[Part], given: Shell, united: Shell, tree: Tree | None) -> list[Repair]:
@@ -318,8 +322,8 @@ def _with_cavities(
     """
     size = float(np.abs(points).max())
     corners = Corners(points, found.of)
-    piece = collapsed(*boundary_of(bodies, found.cavity_of, wide, size), corners)
-    if max(found.cavity_of) >= 0:
+    piece = collapsed(*boundary_of(bodies, found.cavities.of, wide, size), corners)
+    if max(found.cavities.of) >= 0:
         welded = with_near_ones_welded(*piece[:2], corners)
         if len(welded) < len(piece.triangles) or (welded != piece.triangles).any():
             shell = used_part(piece.vertices, welded)
