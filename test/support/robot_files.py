@@ -163,12 +163,17 @@ def truth(vertices, triangles, points, report):
         [way for way, keep in zip(parts.ways, is_closed, strict=True) if keep],
         is_whole=True,
     )
-    if all(is_closed):
-        return is_inside(points, closed, hollow_parts(closed)), np.ones(len(points), dtype=bool)
-    rest = solid_angles(points, vertices, doubled, is_absolute=True)
+    wanted = is_inside(points, closed, hollow_parts(closed))
+    rest = np.zeros(len(points))
+    if not all(is_closed):
+        rest = solid_angles(points, vertices, doubled, is_absolute=True)
     for number, keep in zip(numbers, is_closed, strict=True):
         rest += 0.0 if keep else np.abs(number)
-    return is_inside(points, closed, hollow_parts(closed)), rest < OPEN
+    is_known = rest < OPEN
+    if 0 in parts.ways:
+        # What a part means whose triangles run both ways is a guess where these say otherwise.
+        is_known &= (np.abs(solid_angles(points, vertices, triangles)) > 0.5) == wanted
+    return wanted, is_known
 
 
 def is_clear(numbers):
